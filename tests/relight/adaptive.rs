@@ -41,7 +41,11 @@ fn relit(scene: &Scene, count: usize, method: Option<RelightMethod>, error: f64)
     let stage = RelightStage::new(scene, count, settings.meshing.texels);
     settings.meshing.texels = stage.resolutions[0][0];
     let question = SolveRequest {
-        task: &RelightTask { stage: &stage, method },
+        task: &RelightTask {
+            stage: &stage,
+            method,
+            trace: None,
+        },
         settings: &settings,
         solver: SolverChoice::Hierarchy(ErrorTarget { error, texels: None }),
     };
@@ -84,6 +88,7 @@ fn gpu_links_relight_like_cpu_rays() {
     let task = RelightTask {
         stage: &stage,
         method: Some(RelightMethod::Signed),
+        trace: None,
     };
     let linking = SolverChoice::GpuHierarchy(shared_gpu(), asked);
     let on_gpu = task.solve_once(&settings, linking, &without_progress()).unwrap();

@@ -3,16 +3,17 @@
 use common::energy::EnergyBalance;
 use common::mesh::{Mesh, TexelKind};
 use common::rays::Rays;
+use common::relight::{MendedFlaws, RelightMethod, relight_room};
 use common::scene::Scene;
 use common::settings::{Settings, Visibility};
-use common::shooting::{RadiosityField, Shoot, Shot, SolveRun, shoot_until_converged};
+use common::shooting::{RadiosityField, Restart, Shoot, Shot, SolveRun, shoot_until_converged};
 use common::texel_point::texel_point;
 use common::{Result, constants};
 use cpu::CpuSolver;
 use cpu::shader_twins::item_buffer::ItemBuffer;
 use cpu::shader_twins::link::texel_form_factor;
 use cpu::shader_twins::view::{ShooterView, view_all_faces};
-use glam::{DVec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use half::f16;
 use miniz_oxide::inflate::decompress_to_vec;
 use oracle::trace::hemisphere::{PackedHemisphere, hemisphere_settings};
@@ -24,7 +25,7 @@ use radiosity_tests::engines::{
     shoot_on_cpu,
 };
 use radiosity_tests::lit_room;
-use std::collections::HashMap;
+use radiosity_tests::relighting::{FurnishedRoom, bottomless_box, relight_settings};
 use std::ops::ControlFlow;
 
 const PART_BYTES: PartBytes = PartBytes { shot: 84, shooter: 16 };
@@ -101,26 +102,39 @@ fn unpack_links(mesh: &Mesh, packed: &PackedLinks) -> TexelLinks {
     }
 }
 
-/// Returns radiosity and residual after the recorded shots.
-fn repeat_shots(mesh: &Mesh, trace: &ShotTrace) -> [Vec<DVec3>; 2] {
+/// Returns radiosity and residual after the recorded shots, and Σ|ΔB|.
+fn repeat_shots(mesh: &Mesh, trace: &ShotTrace) -> [Vec<DVec3>; 3] {
     let order = TexelOrder::new(mesh);
-    let links = trace.links.iter().map(|own| (own.patch, unpack_links(mesh, own)));
-    let links: HashMap<u32, TexelLinks> = links.collect();
+    let links: Vec<TexelLinks> = trace.links.iter().map(|own| unpack_links(mesh, own)).collect();
+    let mut changed = vec![DVec3::ZERO; mesh.texels.len()];
     let initial = [&trace.initial.radiosity, &trace.initial.residual];
     let [mut radiosity, mut residual] =
         initial.map(|values| values.iter().map(|v| v.truncate().as_dvec3()).collect::<Vec<_>>());
     for traced in &trace.shots {
-        let own = &links[&traced.shot.patch];
+        let (own, packed) = (&links[traced.links], &trace.links[traced.links]);
+        assert_eq!(packed.patch, traced.shot.patch);
         let shooter = &mesh.patches[traced.shot.patch as usize];
+        let open = match packed.is_captured {
+            true => 1.0,
+            false => f64::from(shooter.open_share),
+        };
         for (at, k) in order.texels.iter().enumerate() {
-            let link = f64::from(own.form_factors[at]) * f64::from(own.shares[at]) / f64::from(shooter.open_share);
+            if shooter.texels().contains(k) {
+                continue;
+            }
+            let link = f64::from(own.form_factors[at]) * f64::from(own.shares[at]) / open;
             let change = mesh.texels[*k].reflectance.as_dvec3() * traced.radiosity.as_dvec3() * link;
             radiosity[*k] += change;
-            residual[*k] += change;
+            changed[*k] += change.abs();
+            if trace.relight.is_none_or(|relight| relight.reshoot) || mesh.is_object(mesh.texels[*k].face) {
+                residual[*k] += change;
+            }
         }
-        residual[shooter.texels()].fill(DVec3::ZERO);
+        if !packed.is_captured {
+            residual[shooter.texels()].fill(DVec3::ZERO);
+        }
     }
-    [radiosity, residual]
+    [radiosity, residual, changed]
 }
 
 /// Returns the largest difference of the repeated shots from the solver's field, over its bound. Form factor and share are
@@ -128,12 +142,12 @@ fn repeat_shots(mesh: &Mesh, trace: &ShotTrace) -> [Vec<DVec3>; 2] {
 fn worst_over_bound(mesh: &Mesh, trace: &ShotTrace, run: &SolveRun) -> f64 {
     let halves = f64::from(HALF_ROUNDING);
     let roundings = run.shots.len() as f64 * f64::from(f32::EPSILON);
-    let [radiosity, residual] = repeat_shots(mesh, trace);
+    let [radiosity, residual, changed] = repeat_shots(mesh, trace);
     let mut worst: f64 = 0.0;
     for k in 0..mesh.texels.len() {
         let truth = run.field.radiosity[k].truncate().as_dvec3();
-        let reflected = truth - mesh.texels[k].emission.as_dvec3();
-        let bound = reflected * (2.0 * halves + halves * halves) + truth * roundings + DVec3::splat(1e-12);
+        let size = truth.abs() + changed[k];
+        let bound = changed[k] * (2.0 * halves + halves * halves) + size * roundings + DVec3::splat(1e-12);
         let unshot = run.field.residual[k].truncate().as_dvec3();
         for off in [radiosity[k] - truth, residual[k] - unshot] {
             worst = worst.max((off.abs() / bound).max_element());
@@ -155,7 +169,7 @@ fn recorded_shots_repeat_the_solve_on_every_engine() {
             assert_eq!(traced.ranking[0].0, traced.shot.patch, "{name}");
             assert!(traced.ranking.is_sorted_by(|a, b| a.1 >= b.1), "{name}");
         }
-        let last = trace.shots.last().unwrap().energy;
+        let last = trace.shots.last().unwrap().energy.unwrap();
         let energy = EnergyBalance::new(&mesh, &run.field, &run.shots);
         assert_eq!(last.absorbed, energy.absorbed, "{name}");
         assert_eq!(last.unshot, energy.unshot, "{name}");
@@ -170,17 +184,70 @@ fn recorded_shots_repeat_the_solve_on_every_engine() {
     });
 }
 
+/// Captured light, of which the room loses what the objects hide, and the change after it, by both methods that shoot it.
+#[test]
+fn recorded_relight_repeats_the_run() {
+    let methods = [RelightMethod::Signed, RelightMethod::Paper(MendedFlaws::default())];
+    for (kind, method) in ENGINE_KINDS
+        .into_iter()
+        .flat_map(|kind| methods.map(|method| (kind, method)))
+    {
+        let objects = bottomless_box(Vec3::splat(0.25), Vec3::splat(0.5));
+        let FurnishedRoom {
+            settings,
+            mut mesh,
+            room,
+        } = FurnishedRoom::furnish(relight_settings(engine_settings().transport.visibility), objects, 1e-3);
+        let relight = |engine: &mut dyn Restart, mesh: &Mesh| {
+            let mut on = |_: &Shot, _| ControlFlow::Continue(());
+            relight_room(engine, mesh, &room, method, &settings.schedule, &mut on).unwrap()
+        };
+        let untraced = relight(&mut *kind.fresh_engine(&mesh, &settings, &[]), &mesh);
+        let (relit, mut trace) = {
+            let mut engine = kind.fresh_engine(&mesh, &settings, &[]);
+            let mut recorder = ShotRecorder::new(&mut *engine, &mesh, &settings.transport, UNLIMITED).unwrap();
+            (relight(&mut recorder, &mesh), recorder.into_trace())
+        };
+        assert_eq!(
+            (&relit.run.shots, &relit.run.field),
+            (&untraced.run.shots, &untraced.run.field)
+        );
+        assert!(trace.is_complete() && trace.initial_energy.is_none());
+        trace.add_captured_light(&mesh, &room);
+        for (k, texel) in mesh.texels.iter_mut().enumerate() {
+            (texel.reflectance, texel.emission) = (relit.surface.reflectance[k], relit.surface.emission[k]);
+        }
+        let shares_of = |captured: bool| {
+            let own = trace.links.iter().filter(move |own| own.is_captured == captured);
+            own.flat_map(|own| unpack_links(&mesh, own).shares)
+        };
+        let lost = shares_of(true).filter(|share| *share < 0.0).count();
+        assert!(
+            lost > 10 && shares_of(false).count() > 0,
+            "{kind:?}, {method:?}: {lost}"
+        );
+        let worst = worst_over_bound(&mesh, &trace, &relit.run);
+        assert!(worst <= 1.0, "{kind:?}, {method:?}: {worst}");
+        trace.initial.radiosity[0] *= 1.01;
+        assert!(
+            worst_over_bound(&mesh, &trace, &relit.run) > 10.0,
+            "{kind:?}, {method:?}"
+        );
+    }
+}
+
 /// Power that is lost is summed shot by shot: as much as all shots so far give at once.
 #[test]
 fn energy_after_each_shot_is_that_of_all_shots() {
     let mesh = mesh_scene(&room_with_box_at_lamp(), &sampled_settings());
     let mut engine = CpuSolver::new(&mesh, &engine_settings().transport);
     let (run, trace) = record_solve(&mut engine, &mesh, UNLIMITED);
-    assert!(trace.initial_energy.escaped[0] > 0.0 && trace.shots.len() > 50);
+    assert!(trace.initial_energy.unwrap().escaped[0] > 0.0 && trace.shots.len() > 50);
     for (n, traced) in (1..).zip(&trace.shots) {
         let energy = EnergyBalance::new(&mesh, &run.field, &run.shots[..n]);
-        assert_eq!(traced.energy.escaped, energy.escaped, "shot {n}");
-        assert_eq!(traced.energy.closure, energy.closure, "shot {n}");
+        let recorded = traced.energy.unwrap();
+        assert_eq!(recorded.escaped, energy.escaped, "shot {n}");
+        assert_eq!(recorded.closure, energy.closure, "shot {n}");
     }
 }
 

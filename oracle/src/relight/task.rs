@@ -12,6 +12,8 @@ use crate::solve::solved::{RelightReport, Solved};
 use crate::solve::solver::SolverChoice;
 use crate::solve::task::SolveTask;
 use crate::solve::warnings;
+use crate::trace::recorder::ShotRecorder;
+use crate::trace::task::TraceSlot;
 use common::cover::furnished_mesh;
 use common::energy::EnergyBalance;
 use common::mesh::{Mesh, Texel};
@@ -35,6 +37,8 @@ pub struct RelightTask<'a> {
     pub stage: &'a RelightStage,
     /// The method; `None`: everything is solved again.
     pub method: Option<RelightMethod>,
+    /// Receives the record of a relight that shoots.
+    pub trace: Option<&'a TraceSlot>,
 }
 
 impl SolveTask for RelightTask<'_> {
@@ -65,6 +69,7 @@ impl SolveTask for RelightTask<'_> {
             settings,
             solver,
             progress,
+            trace: self.trace,
         }
         .relight_by_shooting(self.method)
     }
@@ -149,6 +154,7 @@ struct ShootingRelight<'a> {
     settings: &'a Settings,
     solver: SolverChoice<'a>,
     progress: &'a ProgressMonitor<'a>,
+    trace: Option<&'a TraceSlot>,
 }
 
 impl ShootingRelight<'_> {
@@ -175,7 +181,9 @@ impl ShootingRelight<'_> {
             };
             return progress.time_phase("relight", || self.solve_everything(mesh, room, surface));
         };
-        let relit = progress.time_phase("relight", || self.run_method(&mesh, &room, method, self.settings))?;
+        let relit = progress.time_phase("relight", || {
+            self.run_method(&mesh, &room, method, self.settings, self.trace)
+        })?;
         set_surface(&mut mesh, &relit.surface);
         let report = RelightReport {
             before: room.radiosity,
@@ -210,6 +218,7 @@ impl ShootingRelight<'_> {
         room: &RoomRadiosity,
         method: RelightMethod,
         settings: &Settings,
+        trace: Option<&TraceSlot>,
     ) -> Result<loops::RelitRoom> {
         let mut engine = self.solver.create_engine(mesh, &settings.transport)?;
         // Captured shots come first, then their consequences.
@@ -218,7 +227,17 @@ impl ShootingRelight<'_> {
             let done = solve_progress(shot, emitted, settings.schedule.epsilon);
             self.progress.report_share("relight", done)
         };
-        let relit = relight_room(engine.as_mut(), mesh, room, method, &schedule, &mut callback)?;
+        let relit = match trace {
+            Some(slot) => {
+                let mut recorder = ShotRecorder::new(engine.as_mut(), mesh, &settings.transport, slot.limits)?;
+                let relit = relight_room(&mut recorder, mesh, room, method, &schedule, &mut callback)?;
+                let mut recorded = recorder.into_trace();
+                recorded.add_captured_light(mesh, room);
+                slot.put_trace(recorded);
+                relit
+            }
+            None => relight_room(engine.as_mut(), mesh, room, method, &schedule, &mut callback)?,
+        };
         if self.progress.is_stopped() && !relit.complete {
             return Err(Error::Interrupted);
         }
@@ -229,7 +248,7 @@ impl ShootingRelight<'_> {
     fn recover_surface(&self, mesh: &Mesh, room: &RoomRadiosity) -> Result<TexelSurfaces> {
         let mut settings = *self.settings;
         settings.schedule.epsilon = 1.0;
-        let relit = self.run_method(mesh, room, RelightMethod::Signed, &settings)?;
+        let relit = self.run_method(mesh, room, RelightMethod::Signed, &settings, None)?;
         if self.progress.is_stopped() {
             return Err(Error::Interrupted);
         }
@@ -246,10 +265,19 @@ impl ShootingRelight<'_> {
         let mut engine = self.solver.create_engine(&mesh, &self.settings.transport)?;
         // The same schedule as relighting, so that the two can be compared.
         let schedule = self.settings.schedule.with_southwell();
-        let run = shoot_until_converged(engine.as_mut(), &schedule, &mut |shot, emitted| {
+        let mut callback = |shot: &Shot, emitted| {
             let done = solve_progress(shot, emitted, self.settings.schedule.epsilon);
             self.progress.report_share("full", done)
-        })?;
+        };
+        let run = match self.trace {
+            Some(slot) => {
+                let mut recorder = ShotRecorder::new(engine.as_mut(), &mesh, &self.settings.transport, slot.limits)?;
+                let run = shoot_until_converged(&mut recorder, &schedule, &mut callback)?;
+                slot.put_trace(recorder.into_trace());
+                run
+            }
+            None => shoot_until_converged(engine.as_mut(), &schedule, &mut callback)?,
+        };
         drop(engine);
         mesh.room_faces = count;
         let emitters = surface.map_or(0, |s| s.emitters.len());

@@ -21,6 +21,8 @@ const COMPRESSION_LEVEL: u8 = 7;
 pub struct PackedLinks {
     /// Number of the patch.
     pub patch: u32,
+    /// True if it shot the captured light of a room.
+    pub is_captured: bool,
     /// Form factors are stored over 2 to this power.
     pub exponent: i32,
     /// True if some texel does not see the whole patch; else no shares and occluders are stored.
@@ -35,7 +37,8 @@ pub struct TexelLinks {
     /// Form factor F from each texel, as if nothing were between: the CPU's, or F · V of the solver where that is more or differs
     /// by rounding only.
     pub form_factors: Vec<f32>,
-    /// Share V of the patch that each texel sees, 0 to 1; what a body covers is not seen.
+    /// Share V of the patch that each texel sees, 0 to 1; what a body covers is not seen. Below 0 where objects hide captured
+    /// light.
     pub shares: Vec<f32>,
     /// Number of a face that hides part of the patch, from 1; 0 for none that is known.
     pub occluders: Vec<u16>,
@@ -109,7 +112,7 @@ impl TexelOrder {
 
 impl PackedLinks {
     /// Compresses the links of `patch`.
-    pub fn new(patch: u32, links: &TexelLinks, order: &TexelOrder) -> Self {
+    pub fn new(patch: u32, is_captured: bool, links: &TexelLinks, order: &TexelOrder) -> Self {
         let largest = links.form_factors.iter().copied().fold(0.0, f32::max);
         let exponent = match largest {
             0.0 => 0,
@@ -129,6 +132,7 @@ impl PackedLinks {
         }
         Self {
             patch,
+            is_captured,
             exponent,
             is_occluded,
             deflated: compress_to_vec(&bytes, COMPRESSION_LEVEL),

@@ -2,7 +2,7 @@
 
 use super::hemisphere::{PackedHemisphere, hemisphere_settings};
 use super::packing::{PackedLinks, TexelLinks, TexelOrder};
-use super::{PartBytes, RANKED_PATCHES, ShotTrace, TraceLimit, TracedShot};
+use super::{PartBytes, RANKED_PATCHES, ShotTrace, TraceLimit, TracedRelight, TracedShot};
 use crate::compare::roundings::StageRoundings;
 use crate::compare::stages::factor_scales;
 use common::energy::{EnergyBalance, LostPower};
@@ -10,31 +10,33 @@ use common::form_factor::FormFactor;
 use common::mesh::Mesh;
 use common::rays::{LineOfSight, NO_FACE, Rays};
 use common::settings::{ItemBufferSettings, Transport};
-use common::shooting::{RadiosityField, Shoot, Shot};
+use common::shooting::{DepositRule, RadiosityField, Restart, Shoot, Shot, total_power};
 use common::{Error, Result};
 use cpu::shader_twins::link::{Sums, add_sample, texel_form_factor};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use std::cell::Cell;
-use std::collections::HashSet;
+use std::collections::HashMap;
 
 /// Roundings of the product of a link and the open share.
 const OPEN_SHARE_ROUNDINGS: f64 = 1.0;
 
 /// Engine that passes every call to another engine and records the shots. It observes: the shooting loop, its choices and
-/// its results are those of the other engine.
-pub struct ShotRecorder<'a> {
-    engine: &'a mut dyn Shoot,
+/// its results are those of the other engine. A relight restarts it: with the captured light, then with the change.
+pub struct ShotRecorder<'a, E: Shoot + ?Sized> {
+    engine: &'a mut E,
     links: LinkReader<'a>,
     /// Settings by which the hemispheres are drawn.
     drawing: ItemBufferSettings,
+    /// Rule by which texels receive a shot.
+    rule: DepositRule,
     /// Unshot power of each patch, as the loop has last read it.
     power: Vec<f32>,
     trace: ShotTrace,
     /// Power that the recorded shots lost.
     lost: LostPower,
-    /// Patches whose links are recorded.
-    linked: HashSet<u32>,
+    /// Number of the recorded links of each patch, of captured light and of other light.
+    linked: HashMap<(u32, bool), usize>,
     /// Bytes recorded so far.
     bytes: usize,
     limits: TraceLimits,
@@ -61,12 +63,12 @@ pub struct TraceLimits {
     pub each: PartBytes,
 }
 
-impl<'a> ShotRecorder<'a> {
+impl<'a, E: Shoot + ?Sized> ShotRecorder<'a, E> {
     /// Makes a recorder; shots beyond its limits are only counted.
     ///
     /// Errors: the engine's; [`Error::Usage`] of form factors that are scaled to conserve power, which the record has no place
     /// for.
-    pub fn new(engine: &'a mut dyn Shoot, mesh: &'a Mesh, transport: &Transport, limits: TraceLimits) -> Result<Self> {
+    pub fn new(engine: &'a mut E, mesh: &'a Mesh, transport: &Transport, limits: TraceLimits) -> Result<Self> {
         if transport.conserve {
             return Err(Error::Usage(
                 "the form factors of a traced solve cannot be scaled to conserve power".into(),
@@ -83,10 +85,12 @@ impl<'a> ShotRecorder<'a> {
                 order: TexelOrder::new(mesh),
             },
             drawing: hemisphere_settings(transport.visibility),
+            rule: DepositRule::FULL_DEPOSIT,
             power: Vec::new(),
             trace: ShotTrace {
-                initial_energy: EnergyBalance::new(mesh, &initial, &[]),
+                initial_energy: Some(EnergyBalance::new(mesh, &initial, &[])),
                 initial,
+                relight: None,
                 shots: Vec::new(),
                 links: Vec::new(),
                 hemispheres: Vec::new(),
@@ -94,7 +98,7 @@ impl<'a> ShotRecorder<'a> {
                 reached_limit: None,
             },
             lost: LostPower::before_shots(mesh),
-            linked: HashSet::new(),
+            linked: HashMap::new(),
             bytes: 0,
             limits,
         })
@@ -111,16 +115,17 @@ impl<'a> ShotRecorder<'a> {
             return Ok(());
         }
         let (limits, order) = (self.limits, &self.links.order);
-        let is_new = !self.linked.contains(&shot.patch);
+        let (key, captured) = ((shot.patch, self.rule.captured), self.rule.captured);
+        let is_new = !self.linked.contains_key(&key);
         if is_new && (self.linked.len() + 1) * order.texels.len() > limits.links {
             self.trace.reached_limit = Some(TraceLimit::Links);
             return Ok(());
         }
         let field = self.engine.read_field()?;
         let packed = is_new.then(|| {
-            let links = self.links.read_links(shot.patch, &field.irradiance);
+            let links = self.links.read_links(shot.patch, captured, &field.irradiance);
             (
-                PackedLinks::new(shot.patch, &links, order),
+                PackedLinks::new(shot.patch, captured, &links, order),
                 PackedHemisphere::new(self.links.mesh, shot.patch, &self.drawing),
             )
         });
@@ -132,18 +137,20 @@ impl<'a> ShotRecorder<'a> {
             self.trace.reached_limit = Some(TraceLimit::Bytes);
             return Ok(());
         }
-        self.linked.insert(shot.patch);
+        let links = *self.linked.entry(key).or_insert(self.trace.links.len());
         if let Some((links, hemisphere)) = packed {
             self.trace.links.push(links);
             self.trace.hemispheres.push(hemisphere);
         }
         self.lost.add_shot(&shot);
         let mesh = self.links.mesh;
+        let balance = || EnergyBalance::with_lost_power(mesh, &field, self.lost);
         self.trace.shots.push(TracedShot {
             shot,
+            links,
             radiosity: Vec3::from(shot.power) / mesh.patches[shot.patch as usize].shooter.area,
             ranking: rank_patches(&self.power),
-            energy: EnergyBalance::with_lost_power(mesh, &field, self.lost),
+            energy: self.trace.relight.is_none().then(balance),
         });
         Ok(())
     }
@@ -151,8 +158,11 @@ impl<'a> ShotRecorder<'a> {
 
 impl LinkReader<'_> {
     /// Returns the links of the latest shot, which `irradiance` holds in its fourth component, with their factors.
-    fn read_links(&self, patch: u32, irradiance: &[Vec4]) -> TexelLinks {
-        let open = self.mesh.patches[patch as usize].open_share;
+    fn read_links(&self, patch: u32, is_captured: bool, irradiance: &[Vec4]) -> TexelLinks {
+        let open = match is_captured {
+            true => 1.0,
+            false => self.mesh.patches[patch as usize].open_share,
+        };
         let scales = factor_scales(self.mesh, self.form_factor, patch);
         let texel_links = self.order.texels.par_iter().map(|k| {
             let seen = irradiance[*k].w * open;
@@ -160,11 +170,19 @@ impl LinkReader<'_> {
             // F is rounded, and the GPU's by other operations. What is seen beyond F is kept.
             let size = f64::from(form_factor.max(scales[*k]));
             let rounding = (self.roundings * f64::from(f32::EPSILON) * size) as f32;
-            if seen >= form_factor || (seen > 0.0 && seen >= form_factor - rounding) {
+            let is_whole = seen.abs() >= form_factor || (seen != 0.0 && seen.abs() >= form_factor - rounding);
+            if is_whole && seen >= 0.0 {
                 return (seen, 1.0, 0);
             }
+            if is_captured && seen == 0.0 && !self.mesh.is_object(self.mesh.texels[*k].face) {
+                // The objects change nothing.
+                return (form_factor, 0.0, 0);
+            }
             let occluder = self.find_occluder(patch, *k as u32, form_factor);
-            (form_factor, seen / form_factor, occluder)
+            match is_whole {
+                true => (-seen, -1.0, occluder),
+                false => (form_factor, seen / form_factor, occluder),
+            }
         });
         let texel_links: Vec<(f32, f32, u16)> = texel_links.collect();
         TexelLinks {
@@ -211,7 +229,7 @@ fn rank_patches(power: &[f32]) -> Vec<(u32, f32)> {
     ranked
 }
 
-impl Shoot for ShotRecorder<'_> {
+impl<E: Shoot + ?Sized> Shoot for ShotRecorder<'_, E> {
     fn patch_power(&mut self) -> Result<Vec<f32>> {
         self.power = self.engine.patch_power()?;
         Ok(self.power.clone())
@@ -226,4 +244,42 @@ impl Shoot for ShotRecorder<'_> {
     fn read_field(&mut self) -> Result<RadiosityField> {
         self.engine.read_field()
     }
+}
+
+impl<E: Restart + ?Sized> Restart for ShotRecorder<'_, E> {
+    fn restart_from(&mut self, rule: DepositRule, reflectance: &[Vec3], field: &RadiosityField) -> Result<()> {
+        self.engine.restart_from(rule, reflectance, field)?;
+        self.rule = rule;
+        if rule.captured {
+            self.trace.initial_energy = None;
+            self.trace.relight = Some(TracedRelight {
+                captured_power: total_power(&self.engine.patch_power()?),
+                reshoot: true,
+            });
+            return Ok(());
+        }
+        if let Some(relight) = &mut self.trace.relight {
+            relight.reshoot = rule.reshoot;
+            self.trace.initial = undo_captured_shots(self.links.mesh, rule, reflectance, field);
+        }
+        Ok(())
+    }
+}
+
+/// Returns the change of radiosity and its unshot part before the captured shots, of which `change` holds the outcome.
+fn undo_captured_shots(
+    mesh: &Mesh,
+    rule: DepositRule,
+    reflectance: &[Vec3],
+    change: &RadiosityField,
+) -> RadiosityField {
+    let mut initial = change.clone();
+    for (k, texel) in mesh.texels.iter().enumerate() {
+        let gained = (reflectance[k] * change.irradiance[k].truncate()).extend(0.0);
+        initial.radiosity[k] -= gained;
+        if rule.reshoot || mesh.is_object(texel.face) {
+            initial.residual[k] -= gained;
+        }
+    }
+    initial
 }

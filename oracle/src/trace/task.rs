@@ -14,21 +14,25 @@ use common::solution::Warning;
 use common::{Error, Result};
 use std::cell::RefCell;
 
-/// A scene whose solve is recorded. Solve it with single shots, then take the record.
-pub struct TracedScene<'a> {
-    scene: &'a Scene,
-    limits: TraceLimits,
+/// The place of a record that a solve with single shots fills.
+pub struct TraceSlot {
+    /// Limits of the record.
+    pub limits: TraceLimits,
     trace: RefCell<Option<ShotTrace>>,
 }
 
-impl<'a> TracedScene<'a> {
-    /// Makes a task whose record has these limits.
-    pub fn new(scene: &'a Scene, limits: TraceLimits) -> Self {
+impl TraceSlot {
+    /// Makes an empty place.
+    pub fn new(limits: TraceLimits) -> Self {
         Self {
-            scene,
             limits,
             trace: RefCell::new(None),
         }
+    }
+
+    /// Puts a record there.
+    pub fn put_trace(&self, trace: ShotTrace) {
+        self.trace.replace(Some(trace));
     }
 
     /// Takes the record of the solve.
@@ -40,6 +44,14 @@ impl<'a> TracedScene<'a> {
     }
 }
 
+/// A scene whose solve is recorded.
+pub struct TracedScene<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Receives the record.
+    pub slot: &'a TraceSlot,
+}
+
 impl SolveTask for TracedScene<'_> {
     fn scene(&self) -> &Scene {
         self.scene
@@ -47,9 +59,9 @@ impl SolveTask for TracedScene<'_> {
 
     fn solve_once(&self, settings: &Settings, solver: SolverChoice, progress: &ProgressMonitor) -> Result<Solved> {
         solve_by_shooting(self.scene, settings, solver, progress, |engine, mesh, watch| {
-            let mut recorder = ShotRecorder::new(engine, mesh, &settings.transport, self.limits)?;
+            let mut recorder = ShotRecorder::new(engine, mesh, &settings.transport, self.slot.limits)?;
             let run = solve_by_shots(&mut recorder, &settings.schedule, watch)?;
-            self.trace.replace(Some(recorder.into_trace()));
+            self.slot.put_trace(recorder.into_trace());
             Ok(run)
         })
     }

@@ -11,7 +11,7 @@ use crate::plan::SceneCounts;
 use crate::plan::coarser_defaults::coarsen_meshing;
 use crate::plan::memory::{check_memory, memory_limit, require_address_space};
 use crate::report::solution_view::RenderedView;
-use crate::report::trace::{MAX_TRACED_FACES, MAX_TRACED_TEXELS, TRACE_LIMITS, TracePage};
+use crate::report::trace::{TRACE_LIMITS, TracePage, check_trace_limits};
 use clap::Args;
 use common::capture::maps;
 use common::energy::EnergyBalance;
@@ -27,7 +27,7 @@ use oracle::solve::solved::DenseReport;
 use oracle::solve::solver::{ErrorTarget, SolverChoice, SolverKind};
 use oracle::solve::task::SolveTask;
 use oracle::solve::{SolveAnswer, SolveRequest, dense, solve_request};
-use oracle::trace::task::TracedScene;
+use oracle::trace::task::{TraceSlot, TracedScene};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -35,7 +35,7 @@ use std::time::Instant;
 pub const SOLUTION_FILES: [&str; 5] = ["lightmap.exr", "error.exr", "preview.png", "view.html", "result.json"];
 
 /// Page of a traced solve.
-const TRACE_FILE: &str = "trace.html";
+pub const TRACE_FILE: &str = "trace.html";
 
 /// Arguments of `solve`.
 #[derive(Args)]
@@ -164,8 +164,16 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     progress.remove_bar();
     let (device, missing) = open_gpu(solver, common)?;
     let (settings, solver, changed) = choose_settings((solver, method), &scene, common, device.as_ref());
+    let slot = TraceSlot::new(TRACE_LIMITS);
     let traced = match method {
-        JobMethod::Tracing(..) => Some(prepare_trace(&scene, &settings)?),
+        JobMethod::Tracing(..) => {
+            let SceneCounts { faces, texels, .. } = SceneCounts::new(&scene, &settings.meshing);
+            check_trace_limits(&scene.name, faces, texels)?;
+            Some(TracedScene {
+                scene: &scene,
+                slot: &slot,
+            })
+        }
         JobMethod::Shooting(..) | JobMethod::ToError(_) => None,
     };
     let mut notes: Vec<String> = scene.notes.iter().cloned().chain(changed).collect();
@@ -211,7 +219,7 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     let solution = answered.to_solution(&question, &notes, seconds);
     let seen = RenderedView::new(&solution, None)?;
     let page = match &traced {
-        Some(traced) => render_trace(&solution, traced, &seen)?,
+        Some(_) => render_trace(&solution, &slot, &seen)?,
         None => None,
     };
     let mut files = PendingFiles::default();
@@ -235,34 +243,9 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     missing.map_or(Ok(Outcome::Done), Err)
 }
 
-/// Prepares the record of a solve.
-///
-/// Errors: [`Error::Usage`] of a scene too large for a page.
-fn prepare_trace<'a>(scene: &'a Scene, settings: &Settings) -> Result<TracedScene<'a>> {
-    let SceneCounts { faces, texels, .. } = SceneCounts::new(scene, &settings.meshing);
-    let refuse = |count: u64, most: u64, what: &str, help: &str| {
-        let name = &scene.name;
-        Err(Error::Usage(format!(
-            "{name}: --trace is for at most {most} {what}, and here are {count}: {help}"
-        )))
-    };
-    if faces > MAX_TRACED_FACES {
-        return refuse(
-            faces,
-            MAX_TRACED_FACES,
-            "faces",
-            "leave it out, or trace a smaller scene",
-        );
-    }
-    if texels > MAX_TRACED_TEXELS {
-        return refuse(texels, MAX_TRACED_TEXELS, "texels", "give fewer --texels");
-    }
-    Ok(TracedScene::new(scene, TRACE_LIMITS))
-}
-
 /// Renders trace.html; prints a note if not all shots fit, and returns none if not even the first does.
-fn render_trace(solution: &Solution, traced: &TracedScene, seen: &RenderedView) -> Result<Option<String>> {
-    let page = TracePage::new(solution, &traced.take_trace()?, &seen.preview);
+pub fn render_trace(solution: &Solution, slot: &TraceSlot, seen: &RenderedView) -> Result<Option<String>> {
+    let page = TracePage::new(solution, &slot.take_trace()?, &seen.preview);
     if let Some(note) = page.describe_missing_shots() {
         message!("note: {note}");
     }

@@ -141,7 +141,7 @@ fn algorithm_names_existing_functions() {
             visibility,
             ..Transport::default()
         };
-        let steps = algorithm_steps(&transport, false);
+        let steps = algorithm_steps(&transport, false, None);
         let places = steps.iter().flat_map(|step| [step.rust, step.wgsl]).flatten();
         assert_eq!(places.clone().count(), 14);
         for place in places {
@@ -327,4 +327,102 @@ fn trace_page_shows_the_recorded_shots() {
         .sum();
     let emitted = did["emitted"].as_f64().unwrap();
     assert!((energy / emitted - 1.0).abs() < 1e-5, "{energy} {emitted}");
+}
+
+const RELIGHT: &str = "relight --room scenes/paper_room.obj --object scenes/paper_objects.obj --solver cpu --texels 4 --patches 1 --samples 1 --max-shots 300";
+
+/// A script that goes to the last shot of a relight, and to one that takes captured light from a texel of the room.
+const RELIT: &str = "
+(async () => {
+  const wait = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+  const element = document.querySelector('.trace');
+  for (let tries = 0; element.dataset.ready === undefined && tries < 100; tries++) await wait(50);
+  const { viewer } = element.querySelector('.viewer');
+  const { trace } = viewer;
+  const vectors = () => Array.from({ length: trace.scene.texels }, (_, k) => Array.from(viewer.state.radiosity.subarray(3 * k, 3 * k + 3)));
+  const before = vectors();
+  element.page.go(trace.shots.length);
+  const after = vectors();
+  const parts = [...element.querySelectorAll('[data-part]')].map((row) => row.dataset.part);
+  const captured = trace.shots.filter((shot) => shot.is_captured).length;
+  const lost = (n) => trace.patch_of.findIndex((_, k) => trace.is_of_room(k) && trace.link(n, k).share < 0);
+  const n = trace.shots.findIndex((_, at) => lost(at + 1) >= 0) + 1;
+  element.page.go(n);
+  viewer.seen = lost(n);
+  viewer.tell();
+  const rows = Object.fromEntries([...viewer.told.children].map((line) => ['b', 'span'].map((tag) => line.querySelector(tag)?.textContent)));
+  element.page.go(captured + 1);
+  const choice = element.querySelector('[data-panel=choice] p').textContent;
+  hand_over({ before, after, parts, captured, rows, change: viewer.state.done > 0 && choice, title: element.querySelector('[data-panel=algorithm] h2').textContent });
+})();
+";
+
+#[test]
+fn relight_trace_is_written_beside_the_other_files_and_changes_none() {
+    let folder = TestFolder::new();
+    let end = folder.succeed(&format!("{RELIGHT} --trace --out traced"));
+    assert!(end.stderr.contains("wrote trace.html"), "{end}");
+    folder.succeed(&format!("{RELIGHT} --out plain"));
+    assert_eq!(folder.read("traced/lightmap.exr"), folder.read("plain/lightmap.exr"));
+    assert!(!folder.has("plain/trace.html"));
+    let page = folder.read_text("traced/trace.html");
+    assert!(page.contains("\"relight\":{\"reshoot\":true,\"room_faces\":156}"));
+    assert!(page.contains("Table 2, corrected") && !page.contains("https:"));
+    let paper = folder.succeed(&format!("{RELIGHT} --trace --method paper --out paper"));
+    assert!(paper.stderr.contains("wrote trace.html"), "{paper}");
+    assert!(folder.read_text("paper/trace.html").contains("\"reshoot\":false"));
+    // All light again is a solve.
+    folder.succeed(&format!("{RELIGHT} --trace --method full --out full"));
+    assert!(folder.read_text("full/trace.html").contains("\"relight\":null"));
+    folder.fail_with(2, &format!("{RELIGHT} --trace --error 2%"), "--error");
+}
+
+#[test]
+fn relight_trace_page_shows_what_the_objects_change() {
+    let Some(browser) = browser_for("relight_trace_page_shows_what_the_objects_change") else {
+        return;
+    };
+    let folder = TestFolder::new();
+    folder.succeed(&format!("{RELIGHT} --trace"));
+    folder.write("relit.html", with_script(&folder.read_text("out/trace.html"), RELIT));
+    let did = page_outcome(&browser, &folder.path("relit.html"));
+    let result = folder.read_json("out/result.json");
+    assert_eq!(did["captured"].as_u64(), Some(156));
+    assert_eq!(did["parts"], json!(["gained", "lost"]));
+    assert_eq!(did["title"], "The algorithm (Table 2, corrected)");
+    assert!(result["map_shots"].as_u64() >= Some(156), "{result}");
+    let stored = StoredSolution::read(&folder.path("out")).unwrap();
+    let [before, after] = ["before", "after"].map(|name| {
+        let texels = did[name].as_array().unwrap().iter();
+        let vectors = texels.map(|own| Vec3::from_array([0, 1, 2].map(|c| own[c].as_f64().unwrap() as f32)));
+        vectors.collect::<Vec<_>>()
+    });
+    assert_eq!(after.len(), stored.radiosity.len());
+    let mut darker = 0;
+    for (k, known) in stored.radiosity.iter().enumerate() {
+        // What is lost is no more than there was: gains and losses are at most 2 B₀ + B.
+        let bound = (2.0 * before[k].abs() + known.abs()) * PAGE_ERROR + 1e-6;
+        assert!(
+            (after[k] - *known).abs().cmple(bound).all(),
+            "texel {k}: {} {known}",
+            after[k]
+        );
+        darker += usize::from(known.y < 0.5 * before[k].y);
+    }
+    assert!(darker > 10, "{darker}");
+    let rows = &did["rows"];
+    let share = rows["V − V₀"].as_str().unwrap_or_default();
+    assert!(
+        share.starts_with('-') && share.contains("is now hidden by face 1"),
+        "{rows}"
+    );
+    let change = rows["ΔB = Δr"].as_str().unwrap_or_default();
+    assert!(
+        change.starts_with("ρ · F · (V − V₀) · Bᵢ = (") && change.contains("= (-"),
+        "{rows}"
+    );
+    assert!(
+        did["change"].as_str().unwrap().contains("the most unshot change"),
+        "{did}"
+    );
 }

@@ -8,14 +8,16 @@ use super::console::message;
 use super::objects::{ObjectOptions, parse_camera, parse_point};
 use super::options::{Choice, CommonOptions, PassOptions, ShootingOptions, choice_parser, parse_error};
 use super::progress::{Progress, handle_interrupts};
-use super::solve::SOLUTION_FILES;
+use super::solve::{SOLUTION_FILES, TRACE_FILE};
 use super::solver::{SHOOTING_SOLVERS, choose_solver, open_gpu};
 use crate::plan::memory::{check_relight_memory, require_address_space};
+use crate::report::trace::{TRACE_LIMITS, check_trace_limits};
 use clap::Args;
 use common::capture::MapProjection;
 use common::relight::{MendedFlaws, RelightMethod};
 use common::settings::{Settings, SolveQuality};
 use common::solution::prepare_folder;
+use common::texel::texel_count;
 use common::{Error, Result};
 use glam::DVec3;
 use oracle::relight::stage::RelightStage;
@@ -23,6 +25,7 @@ use oracle::relight::task::RelightTask;
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solver::{ErrorTarget, SolverChoice, SolverKind};
 use oracle::solve::{SolveRequest, solve_request};
+use oracle::trace::task::TraceSlot;
 use std::path::PathBuf;
 
 /// Patches per side of a panorama's six walls at normal quality: lights are smaller than a quarter of
@@ -75,6 +78,9 @@ pub struct RelightArguments {
     /// Refine until the estimated error is at most P per cent, 0.2 to 10 [default: 1, unless an option of shooting is given]
     #[arg(long, value_name = "P%", value_parser = parse_error, conflicts_with_all = ["quality", "ShootingOptions"])]
     error: Option<f64>,
+    /// Also write trace.html, the relight shot by shot
+    #[arg(long, conflicts_with = "error")]
+    trace: bool,
     /// Folder for the results
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
@@ -102,7 +108,8 @@ pub fn run(arguments: &RelightArguments) -> Result<Outcome> {
     }
     shooting.check_item_buffer(solver == SolverKind::Gpu)?;
     require_address_space()?;
-    let default = Some(common.quality_error()).filter(|_| !shoots && *shooting == ShootingOptions::default());
+    let default =
+        Some(common.quality_error()).filter(|_| !shoots && !arguments.trace && *shooting == ShootingOptions::default());
     let error = arguments.error.or(default);
     let progress = Progress::new("relight");
     let show = |phase: &str, done| progress.show_phase(phase, done);
@@ -112,11 +119,24 @@ pub fn run(arguments: &RelightArguments) -> Result<Outcome> {
     for note in &stage.notes {
         message!("note: {note}");
     }
-    prepare_folder(&arguments.out, &[&SOLUTION_FILES[..], &results::PICTURE_FILES].concat())?;
+    let slot = arguments.trace.then(|| TraceSlot::new(TRACE_LIMITS));
+    if slot.is_some() {
+        let texels = stage.resolutions.iter().map(|own| u64::from(texel_count(*own))).sum();
+        check_trace_limits(&stage.scene.name, stage.scene.faces.len() as u64, texels)?;
+    }
+    let traced: &[&str] = if arguments.trace { &[TRACE_FILE] } else { &[] };
+    prepare_folder(
+        &arguments.out,
+        &[&SOLUTION_FILES[..], &results::PICTURE_FILES, traced].concat(),
+    )?;
     handle_interrupts();
     let (device, missing) = open_gpu(solver, common)?;
     let settings = relight_settings(arguments, &stage, device.is_some());
-    let task = RelightTask { stage: &stage, method };
+    let task = RelightTask {
+        stage: &stage,
+        method,
+        trace: slot.as_ref(),
+    };
     let question = SolveRequest {
         task: &task,
         settings: &settings,
@@ -130,7 +150,7 @@ pub fn run(arguments: &RelightArguments) -> Result<Outcome> {
     };
     let answered = solve_request(&question, &watch)?;
     progress.remove_bar();
-    results::write_results(arguments, &stage, &question, &answered, &watch)?;
+    results::write_results(arguments, &task, &question, &answered, &watch)?;
     missing.map_or(Ok(Outcome::Done), Err)
 }
 

@@ -3,7 +3,7 @@
 use super::RelightArguments;
 use crate::cli::console::message;
 use crate::cli::objects::PlacedObject;
-use crate::cli::solve::{encode_view, print_summary};
+use crate::cli::solve::{TRACE_FILE, encode_view, print_summary, render_trace};
 use crate::relight::camera::{automatic_camera, camera_at};
 use crate::relight::page::{RelightPage, render_report};
 use crate::relight::pictures::draw_figures;
@@ -15,6 +15,7 @@ use common::solution::{PhaseSeconds, Solution};
 use common::{Error, Result};
 use glam::{DVec3, Vec3};
 use oracle::relight::stage::RelightStage;
+use oracle::relight::task::RelightTask;
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solved::{RelightReport, Solved};
 use oracle::solve::{SolveAnswer, SolveRequest};
@@ -26,11 +27,12 @@ pub const PICTURE_FILES: [&str; 4] = ["background.exr", "composite.exr", "compos
 /// Writes pictures, report and result, and prints the summary.
 pub fn write_results(
     arguments: &RelightArguments,
-    stage: &RelightStage,
+    task: &RelightTask,
     question: &SolveRequest,
     answered: &SolveAnswer,
     watch: &ProgressMonitor,
 ) -> Result<()> {
+    let stage = task.stage;
     let (done, out) = (&answered.solved, &arguments.out);
     let relit = done.relight.as_ref();
     let relit = relit.ok_or_else(|| Error::Fault("a relight knows no room".into()))?;
@@ -86,6 +88,12 @@ pub fn write_results(
         )
     });
     let (around, mut more) = (around?, more?);
+    let page = match task.trace {
+        Some(slot) => render_trace(&solution, slot, &around)?,
+        None => None,
+    };
+    let traced = page.as_ref().map_or("", |_| "trace.html, ");
+    more.extend(page.map(|page| (TRACE_FILE.into(), page.into_bytes())));
     let files_of = arguments.objects.objects.iter();
     let objects: Vec<String> = files_of.map(|o| o.file.display().to_string()).collect();
     let report = RelightPage {
@@ -110,7 +118,7 @@ pub fn write_results(
     files.write()?;
     print_summary(&solution, answered);
     message!(
-        "wrote composite.png, preview.png, view.html, report.html, composite.exr, background.exr, lightmap.exr and result.json in {}",
+        "wrote {traced}composite.png, preview.png, view.html, report.html, composite.exr, background.exr, lightmap.exr and result.json in {}",
         out.display()
     );
     Ok(())

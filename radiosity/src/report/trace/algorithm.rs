@@ -1,6 +1,7 @@
-//! The steps of a shot (Table 1 of the paper, corrected), and the files and functions that do them on CPU and GPU.
+//! The steps of a shot (Tables 1 and 2 of the paper, corrected), and the files and functions that do them on CPU and GPU.
 
 use common::settings::{Transport, Visibility};
+use oracle::trace::TracedRelight;
 
 /// One line of the algorithm.
 pub struct AlgorithmStep {
@@ -29,8 +30,8 @@ const fn place(file: &'static str, function: &'static str) -> Option<CodePlace> 
     Some(CodePlace { file, function })
 }
 
-/// Returns the steps of a shot by this transport; `is_covered` if a body covers a part of some shooter.
-pub fn algorithm_steps(transport: &Transport, is_covered: bool) -> [AlgorithmStep; 8] {
+/// Returns the steps of a shot by this transport, in a solve or in a relight; `is_covered` if a body covers a part of some shooter.
+pub fn algorithm_steps(transport: &Transport, is_covered: bool, relight: Option<&TracedRelight>) -> [AlgorithmStep; 8] {
     let sight = match transport.visibility {
         Visibility::Rays => [
             place("common/src/rays.rs", "find_sight"),
@@ -53,9 +54,27 @@ pub fn algorithm_steps(transport: &Transport, is_covered: bool) -> [AlgorithmSte
         place("common/src/shooting.rs", "select_shooter"),
         place("gpu/src/shaders/select.wgsl", "choose_shooter"),
     ];
-    let change = match is_covered {
-        true => "ΔB ← ρ · F · V · Bᵢ / oᵢ",
-        false => "ΔB ← ρ · F · V · Bᵢ",
+    let change = match (relight, is_covered) {
+        (Some(_), _) => "ΔB ← ρ · F · V · Bᵢ; of captured light ρ · F · (V − V₀) · Bᵢ on the room",
+        (None, true) => "ΔB ← ρ · F · V · Bᵢ / oᵢ",
+        (None, false) => "ΔB ← ρ · F · V · Bᵢ",
+    };
+    let [choose, see, keep, clear] = match relight {
+        None => [
+            "i ← patch with the most unshot power",
+            "V ← share of i that j sees",
+            "r ← r + ΔB",
+            "rᵢ ← 0, the shooter has shot",
+        ],
+        Some(relight) => [
+            "i ← patch with the most captured light left; then with the most unshot change",
+            "V, V₀ ← share of i that j sees with and without the objects",
+            match relight.reshoot {
+                true => "r ← r + ΔB",
+                false => "r ← r + ΔB on the objects",
+            },
+            "rᵢ ← 0 after a shot of its change",
+        ],
     };
     let outer = |text, quantity, [rust, wgsl]: [Option<CodePlace>; 2]| AlgorithmStep {
         text,
@@ -69,13 +88,13 @@ pub fn algorithm_steps(transport: &Transport, is_covered: bool) -> [AlgorithmSte
         ..outer(text, Some(quantity), places)
     };
     [
-        outer("i ← patch with the most unshot power", Some("before"), select),
+        outer(choose, Some("before"), select),
         outer("for each texel j:", None, [None; 2]),
-        inner("V ← share of i that j sees", "visibility", sight),
+        inner(see, "visibility", sight),
         inner("F ← form factor from j to i", "form_factor", form_factor),
         inner(change, "change", deposit),
         inner("B ← B + ΔB", "radiosity", deposit),
-        inner("r ← r + ΔB", "residual", deposit),
-        outer("rᵢ ← 0, the shooter has shot", Some("residual"), deposit),
+        inner(keep, "residual", deposit),
+        outer(clear, Some("residual"), deposit),
     ]
 }

@@ -4,9 +4,10 @@
 //! initial B, initial r   3 floats per texel each
 //! patch of each texel    u32
 //! patches                face u32; area (scene units²), open share, centre (3), corners (12) as floats
-//! shooters               patch, exponent, is occluded, bytes of links and hemisphere: 5 u32; frame of the hemisphere: point,
-//!                        x, y, z as 12 floats
-//! shots                  patch u32; B_i (3), unshot power, absorbed, unshot, escaped, closure as floats
+//! shooters               patch, exponent, bits (1: occluded; 2: of captured light), bytes of links and hemisphere: 5 u32; frame
+//!                        of the hemisphere: point, x, y, z as 12 floats
+//! shots                  shooter u32; B_i (3), unshot power, absorbed, unshot, escaped, closure as floats (0 in a
+//!                        relight)
 //! rankings               patch u32, power, RANKED_PATCHES times per shot
 //! ```
 //! All of it is little-endian and deflated. Texels are in the order of files, power is in watts if the file's unit of length is
@@ -66,7 +67,7 @@ pub fn pack_arrays(trace: &ShotTrace, mesh: &Mesh, shown: ShownPart) -> Vec<u8> 
     for (links, hemisphere) in trace.links[..shown.links].iter().zip(&trace.hemispheres) {
         words.add(links.patch);
         words.add(links.exponent.cast_unsigned());
-        words.add(links.is_occluded.into());
+        words.add(u32::from(links.is_occluded) + 2 * u32::from(links.is_captured));
         words.add(links.deflated.len() as u32);
         words.add(hemisphere.deflated.len() as u32);
         let frame = hemisphere.frame;
@@ -88,16 +89,18 @@ pub fn pack_arrays(trace: &ShotTrace, mesh: &Mesh, shown: ShownPart) -> Vec<u8> 
 }
 
 fn add_shot(words: &mut WordWriter, traced: &TracedShot, area_unit: f32) {
-    words.add(traced.shot.patch);
+    words.add(traced.links as u32);
     words.add_floats(traced.radiosity.to_array());
     words.add_floats([traced.shot.unshot * area_unit]);
-    words.add_floats(energy_parts(&traced.energy).map(|part| part as f32));
+    words.add_floats(energy_parts(traced.energy.as_ref()).map(|part| part as f32));
 }
 
-/// Returns absorbed, unshot, escaped and closure, summed over the channels.
-pub fn energy_parts(energy: &EnergyBalance) -> [f64; 4] {
-    let parts = [energy.absorbed, energy.unshot, energy.escaped, energy.closure];
-    parts.map(|part| part.iter().sum())
+/// Returns absorbed, unshot, escaped and closure, summed over the channels; 0 where they are not known.
+pub fn energy_parts(energy: Option<&EnergyBalance>) -> [f64; 4] {
+    energy.map_or([0.0; 4], |energy| {
+        let parts = [energy.absorbed, energy.unshot, energy.escaped, energy.closure];
+        parts.map(|part| part.iter().sum())
+    })
 }
 
 /// Bytes of words of 32 bits.

@@ -20,11 +20,12 @@ use base64::engine::general_purpose::STANDARD;
 use common::settings::{Schedule, Settings};
 use common::shooting::SolveRun;
 use common::solution::Solution;
+use common::{Error, Result};
 use maud::{Markup, PreEscaped, html};
 use oracle::trace::hemisphere::hemisphere_settings;
 use oracle::trace::packing::HALF_ROUNDING;
 use oracle::trace::recorder::TraceLimits;
-use oracle::trace::{ShotTrace, TraceLimit};
+use oracle::trace::{ShotTrace, TraceLimit, TracedRelight};
 use serde_json::json;
 
 /// Maximum bytes of the page.
@@ -121,6 +122,29 @@ fn describe_limit(limit: TraceLimit) -> String {
     }
 }
 
+/// Checks that a page can show a scene of so many faces and texels.
+///
+/// Errors: [`Error::Usage`], which names the scene.
+pub fn check_trace_limits(name: &str, faces: u64, texels: u64) -> Result<()> {
+    let refuse = |count: u64, most: u64, what: &str, help: &str| {
+        Err(Error::Usage(format!(
+            "{name}: --trace is for at most {most} {what}, and here are {count}: {help}"
+        )))
+    };
+    if faces > MAX_TRACED_FACES {
+        return refuse(
+            faces,
+            MAX_TRACED_FACES,
+            "faces",
+            "leave it out, or trace a smaller scene",
+        );
+    }
+    if texels > MAX_TRACED_TEXELS {
+        return refuse(texels, MAX_TRACED_TEXELS, "texels", "give fewer --texels");
+    }
+    Ok(())
+}
+
 /// Returns the reason for which a solve ended.
 pub fn describe_end(run: &SolveRun, schedule: &Schedule) -> String {
     let threshold = format!("ε = {} % (dashed)", 100.0 * schedule.epsilon);
@@ -165,6 +189,7 @@ impl PageRenderer<'_> {
     fn render_part(&self, shown: ShownPart) -> String {
         let Solution { scene, settings, .. } = *self.solution;
         let is_covered = self.solution.mesh.patches.iter().any(|patch| patch.open_share < 1.0);
+        let relight = self.trace.relight.as_ref();
         let mut opening = Blocks::default();
         opening.add_remark(self.describe_solve());
         if let Some(limit) = self.reached_limit(shown) {
@@ -184,8 +209,11 @@ impl PageRenderer<'_> {
                         div.trace-panels {
                             (render_panel("choice", "Why this patch shoots"))
                             (render_panel("hemisphere", "What the shooter sees"))
-                            (render_algorithm(&algorithm_steps(&settings.transport, is_covered)))
-                            (render_panel("energy", "Where the emitted power is"))
+                            (render_algorithm(relight, &algorithm_steps(&settings.transport, is_covered, relight)))
+                            (render_panel("energy", match relight {
+                                Some(_) => "What the objects change",
+                                None => "Where the emitted power is",
+                            }))
                             (render_panel("curve", "Unshot power"))
                         }
                     }
@@ -209,9 +237,15 @@ impl PageRenderer<'_> {
     fn describe_solve(&self) -> String {
         let solution = self.solution;
         let Settings { meshing, transport, .. } = solution.settings;
+        let order = match self.trace.relight {
+            Some(_) => {
+                "First every patch of the room shoots its captured light: objects receive it, and the room loses what they hide. \
+                 Then the change is shot, of either sign."
+            }
+            None => "Of the patches the one with the most unshot power shoots next.",
+        };
         format!(
-            "{}, {}, {}; visibility {}, form factor {}, {}; {} on {}. Of the patches the one with the most unshot power shoots \
-             next.",
+            "{}, {}, {}; visibility {}, form factor {}, {}; {} on {}. {order}",
             count_noun(solution.mesh.faces.len(), "face", "faces"),
             count_noun(solution.mesh.patches.len(), "patch", "patches"),
             count_noun(solution.mesh.texels.len(), "texel", "texels"),
@@ -237,6 +271,10 @@ impl PageRenderer<'_> {
         let Solution { mesh, settings, .. } = *self.solution;
         let trace = self.trace;
         let drawing = hemisphere_settings(settings.transport.visibility);
+        let emitted = f64::from(self.solution.run.emitted);
+        let unshot = trace
+            .relight
+            .map_or(emitted, |relight| f64::from(relight.captured_power));
         let head = json!({
             "shots": shown.shots,
             "shot_count": trace.shot_count,
@@ -244,14 +282,18 @@ impl PageRenderer<'_> {
             "patches": mesh.patches.len(),
             "ranked": oracle::trace::RANKED_PATCHES,
             "unit": mesh.unit,
-            "epsilon": settings.schedule.epsilon,
+            "epsilon": settings.schedule.epsilon * emitted / unshot.max(f64::MIN_POSITIVE),
             "end": describe_end(self.solution.run, &settings.schedule),
             "hemisphere": { "size": drawing.size, "projection": drawing.projection.name() },
             "form_factor": settings.transport.form_factor,
             "samples": settings.meshing.samples,
-            "emitted": trace.initial_energy.emitted.iter().sum::<f64>(),
-            "initial": energy_parts(&trace.initial_energy),
-            "unshot": f64::from(self.solution.run.emitted) * mesh.area_unit(),
+            "emitted": trace.initial_energy.map(|energy| energy.emitted.iter().sum::<f64>()),
+            "initial": energy_parts(trace.initial_energy.as_ref()),
+            "unshot": unshot * mesh.area_unit(),
+            "relight": trace.relight.map(|relight| json!({
+                "room_faces": mesh.room_faces,
+                "reshoot": relight.reshoot,
+            })),
         });
         let shooters = trace.links[..shown.links].iter().zip(&trace.hemispheres);
         let parts = shooters.flat_map(|(links, hemisphere)| [&links.deflated, &hemisphere.deflated]);
@@ -297,9 +339,9 @@ fn render_panel(name: &str, title: &str) -> Markup {
 }
 
 /// Renders the algorithm with a button for each line that the picture can show.
-fn render_algorithm(steps: &[AlgorithmStep]) -> Markup {
+fn render_algorithm(relight: Option<&TracedRelight>, steps: &[AlgorithmStep]) -> Markup {
     html! { section.panel data-panel="algorithm" {
-        h2 { "The algorithm (Table 1, corrected)" }
+        h2 { "The algorithm (Table " (1 + u32::from(relight.is_some())) ", corrected)" }
         ol.algorithm { @for step in steps {
             li.inner[step.is_inner] data-line=[step.quantity] {
                 @match step.quantity {

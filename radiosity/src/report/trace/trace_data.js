@@ -1,5 +1,6 @@
 // Record of a solve: reads the page's arrays and repeats the shots, ΔB = Δr = ρ · F · V · B / o of the shooter, which shoots
-// from its open share o. F · V and the choice of the shooters are the solver's.
+// from its open share o. F · V and the choice of the shooters are the solver's. In a relight V of captured light is over o
+// already, and below 0 where objects hide the shooter.
 
 // Bytes of the states that are kept, so that a move to any shot takes a moment.
 const KEPT_STATE_BYTES = 48e6;
@@ -59,8 +60,8 @@ class Trace {
     });
     const rows = Array.from({ length: trace.links }, () => [...words(5), floats(12)]);
     trace.shots = Array.from({ length: trace.shots }, () => {
-      const [[patch], [r, g, b, unshot, ...energy]] = [words(1), floats(8)];
-      return { patch, radiosity: [r, g, b], unshot, energy };
+      const [[shooter], [r, g, b, unshot, ...energy]] = [words(1), floats(8)];
+      return { shooter, patch: rows[shooter][0], is_captured: (rows[shooter][2] & 2) > 0, radiosity: [r, g, b], unshot, energy };
     });
     for (const shot of trace.shots) {
       const ranked = Array.from({ length: trace.ranked }, () => ({ patch: words(1)[0], power: floats(1)[0] }));
@@ -68,23 +69,23 @@ class Trace {
     }
     await trace.read_shooters(decode_bytes(element.querySelector(".trace-links")), rows);
     const largest = (links) => links.scale * HALVES[links.form_factors.reduce((a, b) => Math.max(a, b), 0)];
-    trace.largest_form_factor = [...trace.links.values()].reduce((most, links) => Math.max(most, largest(links)), 0);
+    trace.largest_form_factor = trace.links.reduce((most, links) => Math.max(most, largest(links)), 0);
     return trace;
   }
 
   // Reads links and item buffer of each shooter; form factors and shares stay half floats.
   async read_shooters(bytes, rows) {
-    this.links = new Map();
-    this.hemispheres = new Map();
+    this.links = [];
+    this.hemispheres = [];
     let at = 0;
     const take = (count) => { at += count; return inflate(bytes.subarray(at - count, at)); };
-    for (const [patch, exponent, is_occluded, link_bytes, hemisphere_bytes, frame] of rows) {
+    for (const [, exponent, bits, link_bytes, hemisphere_bytes, frame] of rows) {
       const planes = await take(link_bytes);
-      const plane = (k) => (k === 0 || is_occluded ? read_plane(planes, k, this.scene) : null);
-      this.links.set(patch, { scale: 2 ** (exponent | 0), form_factors: plane(0), shares: plane(1), occluders: plane(2) });
+      const plane = (k) => (k === 0 || bits & 1 ? read_plane(planes, k, this.scene) : null);
+      this.links.push({ scale: 2 ** (exponent | 0), form_factors: plane(0), shares: plane(1), occluders: plane(2) });
       const faces = await take(hemisphere_bytes);
       const pixels = faces.length / 2;
-      this.hemispheres.set(patch, {
+      this.hemispheres.push({
         ids: Uint16Array.from({ length: pixels }, (_, k) => faces[k] | (faces[pixels + k] << 8)),
         frame: [0, 3, 6, 9].map((k) => frame.slice(k, k + 3)),
       });
@@ -98,15 +99,25 @@ class Trace {
 
   // Returns form factor, visible share and occluding face of texel `k` in shot `n`, and the shooter's open share.
   link(n, k) {
-    const { patch } = this.shot(n);
-    const links = this.links.get(patch);
+    const { shooter, patch, is_captured } = this.shot(n);
+    const links = this.links[shooter];
     const occluder = links.occluders ? links.occluders[k] : 0;
     return {
       form_factor: links.scale * HALVES[links.form_factors[k]],
       share: links.shares ? HALVES[links.shares[k]] : 1,
-      open: this.patches[patch].open,
+      open: is_captured ? 1 : this.patches[patch].open,
       occluder: occluder > 0 ? occluder - 1 : null,
     };
+  }
+
+  // Returns whether texel `k` is one of the room into which objects are put.
+  is_of_room(k) {
+    return this.relight !== null && this.patches[this.patch_of[k]].face < this.relight.room_faces;
+  }
+
+  // Returns whether texel `k` shoots the light that it receives.
+  shoots_again(k) {
+    return this.relight === null || this.relight.reshoot || !this.is_of_room(k);
   }
 
   // Returns the power that is unshot after `n` shots, W.
@@ -166,14 +177,16 @@ class ShotState {
   shoot() {
     this.done++;
     const { trace, reflectance, radiosity, residual } = this;
-    const { patch, radiosity: shot } = trace.shot(this.done);
-    const { scale, form_factors, shares } = trace.links.get(patch);
+    const { shooter, patch, is_captured, radiosity: shot } = trace.shot(this.done);
+    const { scale, form_factors, shares } = trace.links[shooter];
     // A patch without an open part has links of 0.
-    const open = trace.patches[patch].open || 1;
+    const open = is_captured ? 1 : trace.patches[patch].open || 1;
     this.cleared.clear();
     this.before.radiosity.set(radiosity);
     this.before.residual.set(residual);
     for (let k = 0; k < trace.scene.texels; k++) {
+      // The shooter's captured light is no part of the change.
+      if (trace.patch_of[k] === patch && is_captured) continue;
       if (trace.patch_of[k] === patch) {
         this.cleared.add(k);
         residual.fill(0, 3 * k, 3 * k + 3);
@@ -184,7 +197,7 @@ class ShotState {
       for (let c = 3 * k, channel = 0; channel < 3; c++, channel++) {
         const change = reflectance[c] * link * shot[channel];
         radiosity[c] += change;
-        residual[c] += change;
+        if (trace.shoots_again(k)) residual[c] += change;
       }
     }
   }
@@ -192,9 +205,20 @@ class ShotState {
   // Returns ΔB of texel `k` in the latest shot.
   change(k) {
     const { trace, done } = this;
-    if (done === 0 || this.cleared.has(k)) return [0, 0, 0];
+    if (done === 0 || trace.patch_of[k] === trace.shot(done).patch) return [0, 0, 0];
     const { form_factor, share, open } = trace.link(done, k);
     return trace.shot(done).radiosity.map((b, c) => (this.reflectance[3 * k + c] * form_factor * share * b) / (open || 1));
+  }
+
+  // Returns the power that texels of these areas have gained and lost since before the first shot, W.
+  gain_and_loss(areas) {
+    const { initial_radiosity: before } = this.trace;
+    const sums = [0, 0];
+    for (let c = 0; c < before.length; c++) {
+      const change = (this.radiosity[c] - before[c]) * areas[Math.floor(c / 3)];
+      sums[change < 0 ? 1 : 0] += Math.abs(change);
+    }
+    return sums;
   }
 
   // Returns r of texel `k` before the latest shot.

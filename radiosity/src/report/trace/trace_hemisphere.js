@@ -47,7 +47,7 @@ class HemispherePanel {
   // Returns the item buffer of the latest shooter; none before the first shot.
   get view() {
     const { state } = this.viewer;
-    return state.done > 0 ? this.trace.hemispheres.get(this.trace.shot(state.done).patch) : null;
+    return state.done > 0 ? this.trace.hemispheres[this.trace.shot(state.done).shooter] : null;
   }
 
   // Returns the face in a pixel; null if there is none.

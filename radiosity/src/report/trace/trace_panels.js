@@ -44,7 +44,8 @@ class TracePanels {
   // Shows the figures after `n` shots.
   show(n) {
     this.show_choice(n);
-    this.show_energy(n);
+    if (this.trace.relight) this.show_change();
+    else this.show_energy(n);
     this.hemisphere.point_at(null);
     this.show_cursor(n);
   }
@@ -69,7 +70,11 @@ class TracePanels {
     const [first, second] = shot.ranking;
     const all = trace.unshot_after(next ? 0 : n - 1);
     const name = viewer.patch_name(first.patch);
-    const most = `the most unshot power of all patches: ${watts(first.power)}, ${percent(first.power / all)} of all that is unshot`;
+    const kind = trace.relight === null ? "unshot power" : shot.is_captured ? "captured light that is not yet shot" : "unshot change";
+    // A relight begins to shoot its change when no captured light is left.
+    const begins = trace.relight !== null && n > 1 && shot.is_captured !== trace.shot(n - 1).is_captured;
+    const share = begins ? "" : `, ${percent(first.power / all)} of all that is unshot`;
+    const most = `the most ${kind} of all patches: ${watts(first.power)}${share}`;
     const says = [next ? `${name} shoots first. It has ${most}.` : `Shot ${n}: ${name} had ${most}.`];
     if (second) {
       says.push(` Runner-up: ${viewer.patch_name(second.patch)}, ${watts(second.power)}${second.power === first.power ? " as well; of equals the lowest number shoots" : `, ${percent(second.power / first.power)} of that`}.`);
@@ -96,6 +101,24 @@ class TracePanels {
       make("td", { class: "n" }, [percent(share_of(part, whole))]),
     ]));
     const says = `Of ${watts(whole)} emitted, if the file’s unit of length is the metre. Escaped: it met no front. Closure: the form factors’ error, below 0 if they made light.`;
+    this.energy.replaceChildren(bar, make("table", {}, [make("tbody", {}, rows)]), make("p", { class: "small" }, [says]));
+  }
+
+  // Shows what the texels have gained and lost since before the first shot of a relight.
+  show_change() {
+    const { trace, viewer } = this;
+    this.areas ??= Array.from({ length: trace.scene.texels }, (_, k) => viewer.texel_outline(k).area * trace.unit ** 2);
+    const [gained, lost] = viewer.state.gain_and_loss(this.areas);
+    const all = Math.max(gained + lost, Number.MIN_VALUE);
+    const parts = [["gained", "unshot", gained], ["lost", "escaped", lost]];
+    const bar = make("div", { class: "energy-bar", role: "img", "aria-label": "Power that texels gain and lose" }, parts.map(([name, look, power]) => (
+      make("span", { class: look, style: `width:${(100 * power) / all}%`, title: name })
+    )));
+    const rows = parts.map(([name, look, power]) => make("tr", { "data-part": name }, [
+      make("td", {}, [make("span", { class: `swatch ${look}` }), ` ${name}`]),
+      make("td", { class: "n" }, [watts(power)]),
+    ]));
+    const says = "Σ |ΔB| A of the texels that became brighter since before the first shot, the objects’ among them, and of those that became darker.";
     this.energy.replaceChildren(bar, make("table", {}, [make("tbody", {}, rows)]), make("p", { class: "small" }, [says]));
   }
 
@@ -141,6 +164,6 @@ class TracePanels {
     this.cursor.setAttribute("x2", x);
     this.dot.setAttribute("cx", x);
     this.dot.setAttribute("cy", y);
-    this.says.textContent = `${percent(share)} of the power that was unshot at the start is unshot; ${trace.end}.`;
+    this.says.textContent = `${percent(share)} of ${trace.relight ? "the captured power" : "the power that was unshot at the start"} is unshot; ${trace.end}.`;
   }
 }

@@ -80,7 +80,7 @@ class TraceViewer extends Viewer {
   }
 
   mode() {
-    if (this.what === "visibility") return 1;
+    if (this.what === "visibility") return this.trace.relight ? 4 : 1;
     if (this.what === "change" || this.what === "form_factor") return 4;
     if (!this.false_colours) return 0;
     return this.what === "radiosity" ? 1 : 4;
@@ -121,7 +121,7 @@ class TraceViewer extends Viewer {
       lines.push(...outline(shooter.corners, SHOOTER_COLOUR));
       if (seen !== null && !state.cleared.has(seen)) {
         const { form_factor, share } = trace.link(state.done, seen);
-        const colour = form_factor > 0 && share > 0 ? SEEN_COLOUR : HIDDEN_COLOUR;
+        const colour = form_factor > 0 && share !== 0 && (share > 0 || !trace.shot(state.done).is_captured) ? SEEN_COLOUR : HIDDEN_COLOUR;
         lines.push([this.texel_outline(seen).centre, shooter.centre, colour]);
       }
     }
@@ -215,14 +215,23 @@ class TraceViewer extends Viewer {
       return [...rows, ["F = 0", "one of the two does not face the other: ΔB = 0"]];
     }
     rows.push(["F", `${number(form_factor)}${this.explain_form_factor(form_factor, { r, shooter_cosine, texel_cosine, ...areas })}`]);
-    rows.push(["V", `${number(share)}: ${this.explain_share(share, open, occluder)}`]);
+    const is_change = shot.is_captured && trace.is_of_room(k);
+    rows.push([is_change ? "V − V₀" : "V", `${number(share)}: ${is_change ? this.explain_change(share, occluder) : this.explain_share(share, open, occluder)}`]);
     if (open < 1) rows.push(["o", `${number(open)}: the open share of the shooter, from which all its light leaves; a body covers the rest`]);
     const vector = (v) => `(${three(v)})`;
     const rho = Array.from(state.reflectance.subarray(3 * k, 3 * k + 3));
-    const factors = [vector(rho), number(form_factor), number(share), vector(shot.radiosity)].join(" · ");
+    const factors = [vector(rho), number(form_factor), share < 0 ? `(${number(share)})` : number(share), vector(shot.radiosity)].join(" · ");
     const over = (name) => (open > 0 && open < 1 ? ` / ${name}` : "");
-    rows.push(["ΔB = Δr", `ρ · F · V · Bᵢ${over("o")} = ${factors}${over(number(open))} = ${vector(state.change(k))}  W/m²`]);
+    rows.push(["ΔB = Δr", `ρ · F · ${is_change ? "(V − V₀)" : "V"} · Bᵢ${over("o")} = ${factors}${over(number(open))} = ${vector(state.change(k))}  W/m²`]);
     return rows;
+  }
+
+  // Returns the meaning of a share with the objects less the share without them.
+  explain_change(share, occluder) {
+    if (share === 0) return "the objects hide nothing of the shooter that this texel saw: its captured light stays";
+    if (share > 0) return "the objects cover a part of the shooter that this texel did not see, and the rest shines for it";
+    const by = occluder === null ? "the objects" : this.face_name(occluder);
+    return `this share of the shooter is now hidden by ${by}: its light is lost`;
   }
 
   // Returns the meaning of a visible share, and the reasons for which it is below 1.

@@ -166,6 +166,10 @@ fn solve_trial(trial: &Trial, method: &AtlasMethod, gpu: Option<&Gpu>, watch: &P
     }
     let stage = &RelightStage::new(&trial.scene, trial.room, trial.texels);
     let method = method.relighting;
-    let task = &RelightTask { stage, method };
+    let task = &RelightTask {
+        stage,
+        method,
+        trace: None,
+    };
     solve_request(&SolveRequest { task, settings, solver }, watch)
 }

@@ -181,7 +181,12 @@ impl Table4Grid<'_> {
         let monitor = ProgressMonitor::new(self.show);
         let solver = SolverChoice::for_transport(self.gpu, &settings.transport);
         let method = image.relight_method();
-        let done = RelightTask { stage, method }.solve_once(settings, solver, &monitor)?;
+        let done = RelightTask {
+            stage,
+            method,
+            trace: None,
+        }
+        .solve_once(settings, solver, &monitor)?;
         match monitor.is_stopped() {
             true => Err(Error::Interrupted),
             false => Ok((done, monitor.phase_seconds(&["relight"]))),
