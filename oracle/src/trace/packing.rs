@@ -35,7 +35,7 @@ pub struct PackedLinks {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TexelLinks {
     /// Form factor F from each texel, as if nothing were between: the CPU's, or F · V of the solver where that is more or differs
-    /// by rounding only.
+    /// by rounding only. 0 where objects leave captured light as it was.
     pub form_factors: Vec<f32>,
     /// Share V of the patch that each texel sees, 0 to 1; what a body covers is not seen. Below 0 where objects hide captured
     /// light.

@@ -175,8 +175,8 @@ impl LinkReader<'_> {
                 return (seen, 1.0, 0);
             }
             if is_captured && seen == 0.0 && !self.mesh.is_object(self.mesh.texels[*k].face) {
-                // The objects change nothing.
-                return (form_factor, 0.0, 0);
+                // The objects change nothing; form factors of all these would take most of a page.
+                return (0.0, 0.0, 0);
             }
             let occluder = self.find_occluder(patch, *k as u32, form_factor);
             match is_whole {

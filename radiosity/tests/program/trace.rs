@@ -329,7 +329,7 @@ fn trace_page_shows_the_recorded_shots() {
     assert!((energy / emitted - 1.0).abs() < 1e-5, "{energy} {emitted}");
 }
 
-const RELIGHT: &str = "relight --room scenes/paper_room.obj --object scenes/paper_objects.obj --solver cpu --texels 4 --patches 1 --samples 1 --max-shots 300";
+const RELIGHT: &str = "relight --room scenes/paper_room.obj --object scenes/paper_objects.obj --place 0,-0.01,0 --solver cpu --texels 4 --patches 1 --samples 4 --max-shots 300";
 
 /// A script that goes to the last shot of a relight, and to one that takes captured light from a texel of the room.
 const RELIT: &str = "

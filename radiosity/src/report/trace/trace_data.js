@@ -221,6 +221,17 @@ class ShotState {
     return sums;
   }
 
+  // Returns the median over the shots of the largest |ΔB| of a channel: a lamp's may be a hundred times as large.
+  typical_change() {
+    const { trace, reflectance } = this;
+    const largest = trace.links.map(({ scale, form_factors, shares }) => {
+      const change = (k) => Math.max(...reflectance.subarray(3 * k, 3 * k + 3)) * scale * HALVES[form_factors[k]] * (shares ? Math.abs(HALVES[shares[k]]) : 1);
+      return form_factors.reduce((most, _, k) => Math.max(most, change(k)), 0);
+    });
+    const of_shots = trace.shots.map((shot) => largest[shot.shooter] * Math.max(...shot.radiosity.map(Math.abs)));
+    return of_shots.sort((a, b) => a - b)[Math.floor(of_shots.length / 2)];
+  }
+
   // Returns r of texel `k` before the latest shot.
   residual_before(k) {
     return Array.from(this.before.residual.subarray(3 * k, 3 * k + 3));

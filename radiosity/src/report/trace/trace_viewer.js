@@ -76,11 +76,14 @@ class TraceViewer extends Viewer {
   // Ends of the scales are the same at all shots.
   range() {
     if (this.what === "visibility") return 1;
+    if (this.what === "change" && this.trace.relight) return this.full_change ??= this.state.typical_change() || 1;
     return this.what === "form_factor" ? this.trace.largest_form_factor || 1 : this.scene.white;
   }
 
   mode() {
-    if (this.what === "visibility") return this.trace.relight ? 4 : 1;
+    // A relight has changes of either sign.
+    if (this.trace.relight && ["visibility", "change", "residual", "before"].includes(this.what)) return 2;
+    if (this.what === "visibility") return 1;
     if (this.what === "change" || this.what === "form_factor") return 4;
     if (!this.false_colours) return 0;
     return this.what === "radiosity" ? 1 : 4;
@@ -211,6 +214,9 @@ class TraceViewer extends Viewer {
     const { form_factor, share, open, occluder } = trace.link(state.done, k);
     const { r, shooter_cosine, texel_cosine, ...areas } = this.geometry(k);
     rows.push(["r, cosines", `r = ${number(r)} · cos θᵢ = ${number(shooter_cosine)} · cos θⱼ = ${number(texel_cosine)}`]);
+    if (form_factor === 0 && shot.is_captured && trace.is_of_room(k)) {
+      return [...rows, ["V − V₀ = 0", "the objects hide nothing of the shooter that this texel saw: its captured light stays, ΔB = 0"]];
+    }
     if (form_factor === 0) {
       return [...rows, ["F = 0", "one of the two does not face the other: ΔB = 0"]];
     }
@@ -228,7 +234,6 @@ class TraceViewer extends Viewer {
 
   // Returns the meaning of a share with the objects less the share without them.
   explain_change(share, occluder) {
-    if (share === 0) return "the objects hide nothing of the shooter that this texel saw: its captured light stays";
     if (share > 0) return "the objects cover a part of the shooter that this texel did not see, and the rest shines for it";
     const by = occluder === null ? "the objects" : this.face_name(occluder);
     return `this share of the shooter is now hidden by ${by}: its light is lost`;
