@@ -1,7 +1,7 @@
 //! Races within a workgroup, found by a text of the same shader that watches its accesses: whatever order an adapter runs
 //! the lanes in, two lanes that use an element without a barrier between, one of them to write, leave a trace.
 //!
-//! Beside each array of workgroup memory, [`watch_accesses`] declares who wrote and who read each element last, and since
+//! Beside each array of workgroup memory, [`watch_shader`](crate::watch::watch_shader) declares who wrote and who read each element last, and since
 //! which barrier. Elements of storage buffers with a literal index are watched likewise where a shader has a barrier. What
 //! the text cannot follow is not watched: pointers, atomics, writes of single components, arrays in structs, and storage
 //! that several workgroups share.

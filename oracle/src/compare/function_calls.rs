@@ -92,6 +92,50 @@ pub fn check_shooting_functions(
             }),
         },
         CheckedFunction {
+            function: "is_low",
+            transport: *transport,
+            arguments: grazing_points(),
+            twin: Box::new(|[point, normal, middle, ..]| {
+                let [point, normal, middle] = [point, normal, middle].map(|words| to_vector(*words));
+                let shooter = Shooter {
+                    normal: normal.truncate(),
+                    centre: middle.truncate(),
+                    radius: middle.w,
+                    ..mesh.patches[0].shooter
+                };
+                to_result(to_number(is_low(&shooter, point.truncate(), point.w)))
+            }),
+        },
+        CheckedFunction {
+            function: "is_remote",
+            transport: *transport,
+            arguments: squared_distances(),
+            twin: Box::new(|arguments| {
+                let given = to_vector(arguments[0]);
+                to_result(to_number(is_remote(given.x, given.y)))
+            }),
+        },
+    ];
+    checked.extend(sampling_functions(mesh, transport));
+    if let Some(drawing) = transport.visibility.item_buffer() {
+        checked.extend(projection_functions(transport, drawing.size));
+        checked.push(CheckedFunction {
+            function: "edge_distance",
+            transport: *transport,
+            arguments: image_edges(),
+            twin: Box::new(|arguments| {
+                let [a, b, ..] = arguments.map(|words| to_vector(words).truncate());
+                to_result(edge_distance(a, b))
+            }),
+        });
+    }
+    check_functions(&checked, mesh, (gpu, faults))
+}
+
+/// Returns the functions that place sample points on texels.
+fn sampling_functions<'a>(mesh: &'a Mesh, transport: &Transport) -> [CheckedFunction<'a>; 3] {
+    [
+        CheckedFunction {
             function: "texel_uv",
             transport: *transport,
             arguments: sample_numbers(),
@@ -123,44 +167,7 @@ pub fn check_shooting_functions(
                 point_on_texel(&face, TEXEL_KINDS[*kind as usize], [*i, *j], area, [u, v])
             }),
         },
-        CheckedFunction {
-            function: "is_low",
-            transport: *transport,
-            arguments: grazing_points(),
-            twin: Box::new(|[point, normal, middle, ..]| {
-                let [point, normal, middle] = [point, normal, middle].map(|words| to_vector(*words));
-                let shooter = Shooter {
-                    normal: normal.truncate(),
-                    centre: middle.truncate(),
-                    radius: middle.w,
-                    ..mesh.patches[0].shooter
-                };
-                to_result(to_number(is_low(&shooter, point.truncate(), point.w)))
-            }),
-        },
-        CheckedFunction {
-            function: "is_remote",
-            transport: *transport,
-            arguments: squared_distances(),
-            twin: Box::new(|arguments| {
-                let given = to_vector(arguments[0]);
-                to_result(to_number(is_remote(given.x, given.y)))
-            }),
-        },
-    ];
-    if let Some(drawing) = transport.visibility.item_buffer() {
-        checked.extend(projection_functions(transport, drawing.size));
-        checked.push(CheckedFunction {
-            function: "edge_distance",
-            transport: *transport,
-            arguments: image_edges(),
-            twin: Box::new(|arguments| {
-                let [a, b, ..] = arguments.map(|words| to_vector(words).truncate());
-                to_result(edge_distance(a, b))
-            }),
-        });
-    }
-    check_functions(&checked, mesh, (gpu, faults))
+    ]
 }
 
 /// Returns the functions of projections to images of this size, each by all projections: a file of them is judged whichever

@@ -351,9 +351,11 @@ const RELIT: &str = "
   viewer.seen = lost(n);
   viewer.tell();
   const rows = Object.fromEntries([...viewer.told.children].map((line) => ['b', 'span'].map((tag) => line.querySelector(tag)?.textContent)));
+  viewer.select('change');
+  const colours = viewer.mode();
   element.page.go(captured + 1);
   const choice = element.querySelector('[data-panel=choice] p').textContent;
-  hand_over({ before, after, parts, captured, rows, change: viewer.state.done > 0 && choice, title: element.querySelector('[data-panel=algorithm] h2').textContent });
+  hand_over({ before, after, parts, captured, rows, choice, colours, title: element.querySelector('[data-panel=algorithm] h2').textContent });
 })();
 ";
 
@@ -422,7 +424,9 @@ fn relight_trace_page_shows_what_the_objects_change() {
         "{rows}"
     );
     assert!(
-        did["change"].as_str().unwrap().contains("the most unshot change"),
+        did["choice"].as_str().unwrap().contains("the most unshot change"),
         "{did}"
     );
+    // Those of differences, which show either sign.
+    assert_eq!(did["colours"], 2);
 }
