@@ -58,14 +58,13 @@ impl<'f> ModuleText<'f> {
         self.parts[0].given
     }
 
-    /// Returns the stage in whose place the given file stands in which a byte of the text lies.
-    pub fn given_stage_at(&self, at: usize) -> Option<&'static str> {
-        let mut end = 0;
-        let part = self.parts.iter().find(|part| {
-            end += part.text.len();
-            at < end
-        });
-        part?.given.map(|file| file.stage)
+    /// Returns the stage of the given file in which a byte of the text lies, and the line in that file, from 1; none in a file of
+    /// the program's.
+    pub fn given_line_at(&self, at: usize) -> Option<(&'static str, usize)> {
+        let parts: Vec<&Part> = self.parts.iter().collect();
+        let (part, start) = part_at(&parts, Span::new(at as u32, at as u32 + 1));
+        let file = self.parts[part].given?;
+        Some((file.stage, self.text()[start..at].matches('\n').count() + 1))
     }
 
     /// Records that a pipeline is made of the given files.

@@ -100,7 +100,7 @@ impl WatchLog {
             binding: last.map_or(0, |last| last + 1),
             first: (WATCH_LOG_WORDS * place) as u32,
         };
-        let watched = watch_shader(
+        let mut watched = watch_shader(
             &module.text(),
             &parsed,
             log,
@@ -109,7 +109,11 @@ impl WatchLog {
         )?;
         // A text that hides a name from its variable is not followed.
         compile(&watched.text, "").ok()?;
-        let stages = watched.loops.iter().map(|head| module.given_stage_at(head.at));
+        let stages = watched.loops.iter_mut().map(|head| {
+            let (stage, line) = module.given_line_at(head.at)?;
+            head.line_number = line;
+            Some(stage)
+        });
         let loop_stages = stages.map(|stage| stage.unwrap_or(SHADER_STAGES[place].name)).collect();
         let made = watched.text.clone();
         self.texts().insert(place, FileText { watched, loop_stages });

@@ -32,6 +32,8 @@ const BARRIERS: [&str; 3] = [WORKGROUP_BARRIER, STORAGE_BARRIER, UNIFORM_LOAD];
 pub struct LoopHead {
     /// Its first byte in the text.
     pub at: usize,
+    /// The number of its line, from 1.
+    pub line_number: usize,
     /// The rest of that line.
     pub line: String,
     /// Turns after which it is left.
@@ -40,10 +42,15 @@ pub struct LoopHead {
 
 impl fmt::Display for LoopHead {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self {
+            line_number,
+            line,
+            max_turns,
+            ..
+        } = self;
         write!(
             f,
-            "the loop `{}` does not end within {} turns",
-            self.line, self.max_turns
+            "line {line_number}: the loop `{line}` does not end within {max_turns} turns"
         )
     }
 }
@@ -93,6 +100,7 @@ pub(crate) fn watch_loops(
         let line = text[at..].lines().next().unwrap_or_default().trim_end();
         loops.push(LoopHead {
             at,
+            line_number: text[..at].matches('\n').count() + 1,
             line: line.trim_end_matches('{').trim_end().to_owned(),
             max_turns,
         });

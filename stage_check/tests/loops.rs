@@ -10,7 +10,7 @@ fn endless_loop(checked: Result<Report, Failure>) -> String {
     let failure = checked.unwrap_err();
     println!("{failure}");
     match failure.fault {
-        Fault::EndlessLoop(head) => head.line,
+        Fault::EndlessLoop(head) => format!("{}: {}", head.line_number, head.line),
         _ => panic!("no endless loop: {failure}"),
     }
 }
@@ -54,9 +54,9 @@ fn each_kind_of_loop_is_found_and_long_ones_pass() {
     // 4096 rows, and 6 bits of each in the mean: 28 672 turns.
     check_bits(BITS_OF_ROWS, MAX_SOFTWARE_TURNS / 8).unwrap();
     for (from, to, line) in [
-        ("row < ROWS", "row >= 0u", "for (var row = 0u; row >= 0u; row++)"),
-        ("rest &= rest - 1u;", "rest &= rest;", "while rest != 0u"),
-        ("sum % 8u == 0u", "sum % 8u == 9u", "loop"),
+        ("row < ROWS", "row >= 0u", "8: for (var row = 0u; row >= 0u; row++)"),
+        ("rest &= rest - 1u;", "rest &= rest;", "10: while rest != 0u"),
+        ("sum % 8u == 0u", "sum % 8u == 9u", "15: loop"),
     ] {
         let found = endless_loop(check_bits(&plant_fault(BITS_OF_ROWS, from, to), 5));
         assert_eq!(found, line);
@@ -67,5 +67,5 @@ fn each_kind_of_loop_is_found_and_long_ones_pass() {
 fn loop_with_a_barrier_is_left_by_all_lanes() {
     let fault = plant_fault(BLOCK_SUMS, "step *= 2u", "step *= 1u");
     let found = endless_loop(check_block_sums(&fault));
-    assert_eq!(found, "for (var step = 1u; step < 64u; step *= 1u)");
+    assert_eq!(found, "22: for (var step = 1u; step < 64u; step *= 1u)");
 }

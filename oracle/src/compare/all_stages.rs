@@ -10,7 +10,7 @@ use common::mesh::Mesh;
 use common::rays::Rays;
 use common::scene::Scene;
 use common::settings::{Settings, Transport};
-use gpu::GpuSolver;
+use gpu::{Gpu, GpuSolver, ShaderFault};
 
 /// Checks all stages of a solver, those of a relight among them, and their races, each on equal inputs.
 ///
@@ -31,7 +31,7 @@ pub fn check_all_stages(
         let called = check_shooting_functions(mesh, &settings.transport, (request.gpu, request.faults));
         let relit = called.and_then(|called| {
             checked.checks.extend(called);
-            check_relit_scene(scene, settings, request)
+            check_relit_scene(scene, settings, (&watched, request.faults))
         });
         match relit {
             Ok(mut checks) => checked.checks.append(&mut checks),
@@ -42,7 +42,11 @@ pub fn check_all_stages(
 }
 
 /// Checks the stages of a relight of the scene, with some of its faces as objects. Links that are compared are not scaled.
-fn check_relit_scene(scene: &Scene, settings: &Settings, request: &ComparisonRequest) -> Result<Vec<StageCheck>> {
+fn check_relit_scene(
+    scene: &Scene,
+    settings: &Settings,
+    (watched, faults): (&Gpu, &[ShaderFault]),
+) -> Result<Vec<StageCheck>> {
     let Some(mesh) = stages::relit_mesh(scene, settings.meshing.texels)? else {
         return Ok(Vec::new());
     };
@@ -50,6 +54,6 @@ fn check_relit_scene(scene: &Scene, settings: &Settings, request: &ComparisonReq
         conserve: false,
         ..settings.transport
     };
-    let mut solver = GpuSolver::with_faults(request.gpu, &mesh, &transport, request.faults)?;
+    let mut solver = GpuSolver::with_faults(watched, &mesh, &transport, faults)?;
     stages::check_relit_stages(&mesh, &transport, &mut solver)
 }
