@@ -17,7 +17,7 @@ pub const MAX_HARDWARE_TURNS: u32 = 1 << 22;
 
 /// Words of the log that counted loops take.
 pub(crate) const LOOP_WORDS: usize = 1;
-/// Bits of that word that hold the number of a loop, and 1; those above hold its turns, as far as they go.
+/// Bits of that word that hold the number of a loop, and 1; those above hold its turns, 65 535 at most.
 const LOOP_NUMBER_BITS: u32 = 16;
 
 /// Turns of a lane in all loops without a barrier.

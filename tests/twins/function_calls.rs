@@ -19,7 +19,7 @@ fn check_functions(gpu: &Gpu, faults: &[ShaderFault]) -> Vec<StageCheck> {
         ..Transport::default()
     };
     let mut checks = check_shooting_functions(&mesh, &transport, (gpu, faults)).unwrap();
-    checks.extend(check_link_functions(&mesh, (gpu, faults)).unwrap());
+    checks.extend(check_link_functions(gpu, faults).unwrap());
     checks
 }
 

@@ -129,7 +129,7 @@ pub fn check_shooting_functions(
             }),
         });
     }
-    check_functions(&checked, mesh, (gpu, faults))
+    check_functions(&checked, (gpu, faults))
 }
 
 /// Returns the functions that place sample points on texels.
@@ -224,7 +224,7 @@ fn projection_functions(transport: &Transport, size: u32) -> Vec<CheckedFunction
 /// Checks the functions that only links between nodes call.
 ///
 /// Errors: the device fails.
-pub fn check_link_functions(mesh: &Mesh, (gpu, faults): (&Gpu, &[ShaderFault])) -> Result<Vec<StageCheck>> {
+pub fn check_link_functions(gpu: &Gpu, faults: &[ShaderFault]) -> Result<Vec<StageCheck>> {
     let transport = Transport::default();
     let counts = CheckedFunction {
         function: "receiver_points_per_side",
@@ -265,24 +265,20 @@ pub fn check_link_functions(mesh: &Mesh, (gpu, faults): (&Gpu, &[ShaderFault])) 
             outline_point(&[a, b, c, d], [uv.x, uv.y])
         }),
     };
-    check_functions(&[points, node_points, counts, deviations], mesh, (gpu, faults))
+    check_functions(&[points, node_points, counts, deviations], (gpu, faults))
 }
 
 /// Checks functions; calls of one function that follow each other are one check.
-fn check_functions(
-    checked: &[CheckedFunction],
-    mesh: &Mesh,
-    (gpu, faults): (&Gpu, &[ShaderFault]),
-) -> Result<Vec<StageCheck>> {
+fn check_functions(checked: &[CheckedFunction], (gpu, faults): (&Gpu, &[ShaderFault])) -> Result<Vec<StageCheck>> {
     let mut checks = Vec::new();
     for same in checked.chunk_by(|a, b| a.function == b.function) {
         let function = same[0].function;
-        let calls = Elements {
+        let elements = Elements {
             name: "call",
             count: same.iter().map(|checked| checked.arguments.len()).sum(),
             lanes: PATCH_SUM_LANES,
         };
-        let mut tally = ErrorTally::new(function, (MAX_CALL_ULPS, CALL_REASON), calls, &RESULT_VALUES);
+        let mut tally = ErrorTally::new(function, (MAX_CALL_ULPS, CALL_REASON), elements, &RESULT_VALUES);
         let mut first = 0;
         for CheckedFunction {
             transport,
@@ -303,11 +299,33 @@ fn check_functions(
             }
             first += arguments.len();
         }
+        let calls: Vec<&CallArguments> = same.iter().flat_map(|checked| &checked.arguments).collect();
         if tally.values() > 0 {
-            checks.push(tally.stage_check(mesh));
+            checks.push(tally.named_check(|compared| {
+                let value = RESULT_VALUES[compared.component];
+                format!("{value} of {function}({})", describe_arguments(calls[compared.element]))
+            }));
         }
     }
     Ok(checks)
+}
+
+/// Lists the arguments of a call without the zeros at their end, vectors in brackets. Words that are no common numbers are
+/// integers.
+fn describe_arguments(arguments: &CallArguments) -> String {
+    let count = arguments
+        .iter()
+        .rposition(|words| *words != [0; 4])
+        .map_or(1, |last| last + 1);
+    let describe_word = |word: &u32| match f32::from_bits(*word) {
+        number if number.is_normal() && number.abs() < 1e10 => number.to_string(),
+        _ => word.to_string(),
+    };
+    let vectors = arguments[..count].iter().map(|words| {
+        let words: Vec<String> = words.iter().map(describe_word).collect();
+        format!("[{}]", words.join(", "))
+    });
+    vectors.collect::<Vec<String>>().join(", ")
 }
 
 /// Returns 1 for true, 0 for false.

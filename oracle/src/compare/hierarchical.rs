@@ -176,7 +176,7 @@ fn diff_links(
     )?;
     let mut diff = diff.take();
     if diff.stages.refusal.is_none() {
-        match check_link_functions(&mesh, (gpu, faults)) {
+        match check_link_functions(gpu, faults) {
             Ok(mut checks) => diff.stages.checks.append(&mut checks),
             Err(error) => diff.stages.take_refusal(error)?,
         }

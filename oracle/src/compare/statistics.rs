@@ -106,11 +106,16 @@ impl ErrorTally {
 
     /// Returns the check of the stage on `mesh`; without values it does not pass.
     pub fn stage_check(&self, mesh: &Mesh) -> StageCheck {
+        self.named_check(|compared| self.describe_element(mesh, compared))
+    }
+
+    /// Returns the outcome, with a name for each element.
+    pub fn named_check(&self, element_name: impl Fn(&Compared<ValueSource>) -> String) -> StageCheck {
         let difference = describe_difference(
             &self.tally,
             [self.elements.count, self.elements.lanes],
             |k| self.value_names[k].to_owned(),
-            |compared| self.describe_element(mesh, compared),
+            element_name,
         );
         StageCheck::of_tally((self.name, self.reason), &self.tally, difference)
     }

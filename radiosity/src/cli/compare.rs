@@ -96,12 +96,21 @@ fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
         Err(error @ Error::NoAdapter(_)) if !arguments.all => return Err(solve_without_adapter(arguments, error)),
         Err(error) => return Err(error),
     };
+    let unused_file = || {
+        let file = gpu.unused_shader_file()?;
+        let text = format!("was not run: these options do not use the stage {}", file.stage);
+        Some(Error::bad_input(&file.path, "", text))
+    };
     let mut comparisons = Vec::new();
     for SceneRequest { scene, selection } in &requests {
         let progress = Progress::new(&scene.name);
         let show = |phase: &str, done| progress.show_phase(phase, done);
         let watch = ProgressMonitor::new(&show);
         let judged = compare_presets(scene, selection, &gpu, &[], &watch).and_then(|mut judged| {
+            // A verdict without the file would mislead; another scene may run it.
+            if let Some(error) = unused_file().filter(|_| requests.len() == 1) {
+                return Err(error);
+            }
             for c in judged.solve_default.iter_mut().chain([&mut judged.first]) {
                 c.notes.extend(gpu.describe_shader_files());
             }
@@ -132,9 +141,8 @@ fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
         let html = report::render_report(&comparisons, &[]);
         write_files(out, [("report.json", json), ("report.html", html)])?;
     }
-    if let Some(file) = gpu.unused_shader_file() {
-        let text = format!("was not run: these options do not use the stage {}", file.stage);
-        return Err(Error::bad_input(&file.path, "", text));
+    if let Some(error) = unused_file() {
+        return Err(error);
     }
     message!("wrote {0}/report.html and {0}/report.json", out.display());
     Ok(if comparisons.iter().all(SceneComparison::all_agree) {
