@@ -10,7 +10,7 @@ use radiosity::merge::brackets::{Brackets, CameraResponse, Photograph, RadianceM
 use radiosity::merge::photographs::read_photographs;
 use radiosity::merge::{luminance_stops, merge_notes};
 
-/// Largest value that a texture may have where 1 is too much.
+/// Value that a texture has where it would be 1.
 const MAXIMUM: f32 = 0.95;
 
 thread_local! {
@@ -35,10 +35,10 @@ pub fn check_texture(data: &[u8]) {
     require_colour(picture.mean_colour());
 }
 
+/// Requires a colour from 0 to below 1: of the values above [`MAXIMUM`] only 1 itself is replaced.
 fn require_colour(colour: DVec3) {
-    let most = DVec3::splat(f64::from(MAXIMUM) + 1e-6);
     assert!(
-        colour.cmpge(DVec3::splat(-1e-9)).all() && colour.cmple(most).all(),
+        colour.cmpge(DVec3::splat(-1e-9)).all() && colour.cmplt(DVec3::ONE).all(),
         "{colour}"
     );
 }
