@@ -87,7 +87,8 @@ impl Gpu {
     }
 
     /// Returns the same device for checks of stages: pipelines that are made for it count the races of their workgroup memory
-    /// and the turns of loops in given files, and its solvers work as [`crate::buffer_ends`] says, with sums over patches in more than one part.
+    /// and the turns of loops in given files, and its solvers work as [`crate::buffer_ends`] says, with sums over patches in more
+    /// than one part.
     pub fn for_checks(&self) -> Self {
         Self {
             watch_log: Some(Arc::new(WatchLog::new(&self.device))),

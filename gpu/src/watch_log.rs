@@ -46,7 +46,7 @@ impl WatchLog {
     /// Returns what each shader file with workgroup memory has counted, from the words of the buffer, in the order of a solve.
     pub fn race_reports(&self, words: &[u32]) -> Vec<(&'static str, RaceReport)> {
         let parts: Vec<&[u32]> = words.chunks(WATCH_LOG_WORDS).collect();
-        let texts = self.texts();
+        let texts = self.lock_texts();
         let report = |(place, text): (&usize, &FileText)| {
             let races = text.watched.read_races(parts[*place]);
             (SHADER_STAGES[*place].name, races)
@@ -56,7 +56,7 @@ impl WatchLog {
 
     /// Returns the range of the buffer that [`Self::check_loops`] reads; none if no loop is counted.
     pub fn loop_range(&self) -> Option<BufferRange<'_>> {
-        let counts_loops = self.texts().values().any(|text| !text.loop_stages.is_empty());
+        let counts_loops = self.lock_texts().values().any(|text| !text.loop_stages.is_empty());
         counts_loops.then(|| (&self.buffer, 0, self.buffer.size()))
     }
 
@@ -64,7 +64,7 @@ impl WatchLog {
     ///
     /// Errors: [`Error::Stage`] for one that has no end.
     pub fn check_loops(&self, words: &[u32]) -> Result<()> {
-        let texts = self.texts();
+        let texts = self.lock_texts();
         let mut parts = words.chunks(WATCH_LOG_WORDS).enumerate();
         let endless = parts.find_map(|(place, part)| {
             let text = texts.get(&place)?;
@@ -85,21 +85,16 @@ impl WatchLog {
     pub fn watch_text(&self, file: &str, module: &ModuleText) -> Option<String> {
         let place = SHADER_STAGES.iter().position(|stage| stage.name == file)?;
         let parsed = module.parse().ok()?;
-        let bound = || parsed.global_variables.iter().map(|(_, variable)| variable);
         let is_storage = |space: AddressSpace| matches!(space, AddressSpace::Storage { .. });
-        let buffers = bound().filter(|variable| is_storage(variable.space)).count();
+        let buffers = parsed
+            .global_variables
+            .iter()
+            .filter(|(_, variable)| is_storage(variable.space))
+            .count();
         if buffers >= self.limits.max_storage_buffers_per_shader_stage as usize {
             return None;
         }
-        let last = bound()
-            .filter_map(|variable| variable.binding)
-            .map(|place| place.binding)
-            .max();
-        let log = LogPlace {
-            group: 0,
-            binding: last.map_or(0, |last| last + 1),
-            first: (WATCH_LOG_WORDS * place) as u32,
-        };
+        let log = LogPlace::behind_bindings(&parsed, (WATCH_LOG_WORDS * place) as u32);
         let mut watched = watch_shader(
             &module.text(),
             &parsed,
@@ -116,12 +111,12 @@ impl WatchLog {
         });
         let loop_stages = stages.map(|stage| stage.unwrap_or(SHADER_STAGES[place].name)).collect();
         let made = watched.text.clone();
-        self.texts().insert(place, FileText { watched, loop_stages });
+        self.lock_texts().insert(place, FileText { watched, loop_stages });
         Some(made)
     }
 
     /// Locks the texts. A panic of another thread leaves only whole ones behind.
-    fn texts(&self) -> MutexGuard<'_, BTreeMap<usize, FileText>> {
+    fn lock_texts(&self) -> MutexGuard<'_, BTreeMap<usize, FileText>> {
         self.texts.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

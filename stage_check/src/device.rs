@@ -14,7 +14,7 @@ pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     name: String,
-    kind: wgpu::DeviceType,
+    device_type: wgpu::DeviceType,
     /// Why it can no longer be used.
     failure: Arc<Mutex<Option<String>>>,
 }
@@ -55,7 +55,7 @@ impl Gpu {
             device,
             queue,
             name: adapter.get_info().name,
-            kind: adapter.get_info().device_type,
+            device_type: adapter.get_info().device_type,
             failure,
         })
     }
@@ -65,8 +65,8 @@ impl Gpu {
         &self.name
     }
 
-    pub(crate) fn kind(&self) -> wgpu::DeviceType {
-        self.kind
+    pub(crate) fn device_type(&self) -> wgpu::DeviceType {
+        self.device_type
     }
 
     pub(crate) fn limits(&self) -> wgpu::Limits {

@@ -5,7 +5,7 @@
 //! lanes of a workgroup take the same turns of a loop with a barrier, and must leave it together: it is left after too many of
 //! its own.
 
-use crate::edits::{Edits, PREFIX, WATCH_LOG};
+use crate::edits::{NAME_PREFIX, TextInsertions, WATCH_LOG};
 use crate::races::{STORAGE_BARRIER, UNIFORM_LOAD, WORKGROUP_BARRIER};
 use crate::tokens::Token;
 use std::fmt;
@@ -23,9 +23,9 @@ const LOOP_NUMBER_BITS: u32 = 16;
 /// Turns of a lane in all loops without a barrier.
 const ALL_TURNS: &str = "watched_turns";
 /// Statements that are loops.
-const LOOPS: [&str; 3] = ["for", "while", "loop"];
+const LOOP_STATEMENTS: [&str; 3] = ["for", "while", "loop"];
 /// Calls at which lanes wait for each other.
-const BARRIERS: [&str; 3] = [WORKGROUP_BARRIER, STORAGE_BARRIER, UNIFORM_LOAD];
+const BARRIER_CALLS: [&str; 3] = [WORKGROUP_BARRIER, STORAGE_BARRIER, UNIFORM_LOAD];
 
 /// A loop whose turns are counted.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -69,13 +69,13 @@ pub(crate) fn watch_loops(
     (text, tokens): (&str, &[Token]),
     max_turns: u32,
     word: u32,
-) -> (Edits, Vec<LoopHead>, String) {
-    let mut edits = Edits::default();
+) -> (TextInsertions, Vec<LoopHead>, String) {
+    let mut edits = TextInsertions::default();
     let mut loops = Vec::new();
     let is = |token: &Token, words: &[&str]| words.contains(&&text[token.range.clone()]);
     for (k, head) in tokens.iter().enumerate() {
         let at = head.range.start;
-        if !is(head, &LOOPS) {
+        if !is(head, &LOOP_STATEMENTS) {
             continue;
         }
         let find_sign = |sign: &str| {
@@ -87,15 +87,17 @@ pub(crate) fn watch_loops(
         };
         let number = loops.len();
         let body = &tokens[k + open..k + close.max(open)];
-        let own = format!("{PREFIX}turns_{number}");
-        let (count, limited) = match body.iter().any(|token| is(token, &BARRIERS)) {
+        let own = format!("{NAME_PREFIX}turns_{number}");
+        let (count, limited) = match body.iter().any(|token| is(token, &BARRIER_CALLS)) {
             true => (String::new(), own.as_str()),
             false => (format!(" {ALL_TURNS}++;"), ALL_TURNS),
         };
-        edits.insert(at, format!("var {own} = 0u; "));
-        edits.insert(
+        edits.insert_text(at, format!("var {own} = 0u; "));
+        edits.insert_text(
             tokens[k + open].range.end,
-            format!(" {own}++;{count} if {limited} > {max_turns}u {{ {PREFIX}leave_loop({number}u, {own}); break; }}"),
+            format!(
+                " {own}++;{count} if {limited} > {max_turns}u {{ {NAME_PREFIX}leave_loop({number}u, {own}); break; }}"
+            ),
         );
         let line = text[at..].lines().next().unwrap_or_default().trim_end();
         loops.push(LoopHead {
@@ -107,7 +109,7 @@ pub(crate) fn watch_loops(
     }
     let declarations = format!(
         "var<private> {ALL_TURNS}: u32;
-fn {PREFIX}leave_loop(number: u32, turns: u32) {{
+fn {NAME_PREFIX}leave_loop(number: u32, turns: u32) {{
     atomicMax(&{WATCH_LOG}[{word}u], (min(turns, 0xffffu) << {LOOP_NUMBER_BITS}u) + number + 1u);
 }}
 "

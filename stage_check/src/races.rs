@@ -6,7 +6,7 @@
 //! the text cannot follow is not watched: pointers, atomics, writes of single components, arrays in structs, and storage
 //! that several workgroups share.
 
-use crate::edits::{Edits, PREFIX, WATCH_LOG};
+use crate::edits::{NAME_PREFIX, TextInsertions, WATCH_LOG};
 use crate::tokens::Token;
 use std::fmt;
 use std::fmt::Write;
@@ -89,7 +89,7 @@ impl fmt::Display for RaceReport {
 
 impl RaceReport {
     /// Reads the words of a log that a text with these watched variables has left.
-    pub(crate) fn read(words: &[u32], variables: &[String]) -> Self {
+    pub(crate) fn from_words(words: &[u32], variables: &[String]) -> Self {
         let word = |k: usize| words.get(k).copied().unwrap_or_default();
         let race = || Race {
             variable: (variables.get(word(2) as usize))
@@ -120,7 +120,7 @@ struct Watched {
 
 /// The accesses of a shader, watched.
 pub(crate) struct WatchedAccesses {
-    pub edits: Edits,
+    pub edits: TextInsertions,
     /// Names of the watched variables.
     pub variables: Vec<String>,
     /// What the text declares beside its own.
@@ -155,12 +155,12 @@ pub(crate) fn watch_accesses(
             single,
         })
     });
-    let mut edits = Edits::default();
+    let mut edits = TextInsertions::default();
     let mut watched = Vec::new();
     for variable in variables {
-        let mut own = Edits::default();
+        let mut own = TextInsertions::default();
         if watch_variable(&mut own, (text, tokens), &variable).is_some_and(|accesses| accesses > 0) {
-            edits.append(own);
+            edits.append_all(own);
             watched.push(variable);
         }
     }
@@ -181,12 +181,12 @@ pub(crate) fn watch_accesses(
     for token in tokens {
         let word = &text[token.range.clone()];
         if [WORKGROUP_BARRIER, STORAGE_BARRIER].contains(&word) {
-            edits.insert(token.range.start, PREFIX);
+            edits.insert_text(token.range.start, NAME_PREFIX);
         }
     }
     Some(WatchedAccesses {
         edits,
-        declarations: declarations(&watched, first),
+        declarations: declare_watches(&watched, first),
         variables: watched.into_iter().map(|variable| variable.name).collect(),
     })
 }
@@ -222,7 +222,7 @@ fn array_sizes(module: &Module, ty: Handle<Type>, in_workgroup: bool) -> Option<
 }
 
 /// Watches the accesses of a variable and returns their number; none if one of them cannot be followed.
-fn watch_variable(edits: &mut Edits, (text, tokens): (&str, &[Token]), variable: &Watched) -> Option<usize> {
+fn watch_variable(edits: &mut TextInsertions, (text, tokens): (&str, &[Token]), variable: &Watched) -> Option<usize> {
     let word = |k: usize| tokens.get(k).map_or("", |token| &text[token.range.clone()]);
     let mut accesses = 0;
     let before = |k: usize| k.checked_sub(1).map_or("", word);
@@ -248,20 +248,25 @@ fn watch_variable(edits: &mut Edits, (text, tokens): (&str, &[Token]), variable:
 }
 
 /// Declares the variable of token `k`, a single value, as an array.
-fn declare_array(edits: &mut Edits, (text, tokens): (&str, &[Token]), k: usize) -> Option<()> {
+fn declare_array(edits: &mut TextInsertions, (text, tokens): (&str, &[Token]), k: usize) -> Option<()> {
     let is = |k: usize, sign: &str| tokens.get(k).is_some_and(|token| &text[token.range.clone()] == sign);
     let end = (k + 1..tokens.len()).find(|n| is(*n, ";"))?;
     if !is(k + 1, ":") {
         return None;
     }
-    edits.insert(tokens[k + 2].range.start, "array<");
-    edits.insert(tokens[end].range.start, ", 1>");
+    edits.insert_text(tokens[k + 2].range.start, "array<");
+    edits.insert_text(tokens[end].range.start, ", 1>");
     Some(())
 }
 
 /// Watches the access whose name is token `k`; returns false if it is to an element that is not watched, and none if it cannot be
 /// followed.
-fn watch_access(edits: &mut Edits, (text, tokens): (&str, &[Token]), k: usize, variable: &Watched) -> Option<bool> {
+fn watch_access(
+    edits: &mut TextInsertions,
+    (text, tokens): (&str, &[Token]),
+    k: usize,
+    variable: &Watched,
+) -> Option<bool> {
     let word = |k: usize| tokens.get(k).map_or("", |token| &text[token.range.clone()]);
     // The bytes within each pair of brackets.
     let mut indices = Vec::new();
@@ -289,9 +294,9 @@ fn watch_access(edits: &mut Edits, (text, tokens): (&str, &[Token]), k: usize, v
         return None;
     }
     let kind = u32::from(reads) + 2 * u32::from(writes);
-    let name = format!("{PREFIX}{}", variable.name);
+    let name = format!("{NAME_PREFIX}{}", variable.name);
     if variable.single {
-        edits.insert(tokens[k].range.end, format!("[{name}(0u, {kind}u)]"));
+        edits.insert_text(tokens[k].range.end, format!("[{name}(0u, {kind}u)]"));
         return Some(true);
     }
     if indices.len() < variable.sizes.len() {
@@ -314,17 +319,22 @@ fn watch_access(edits: &mut Edits, (text, tokens): (&str, &[Token]), k: usize, v
         let below: u32 = variable.sizes[n + 1..].iter().product();
         let _ = write!(linear, "u32({}) * {below}u + ", &text[index.clone()]);
     }
-    edits.insert(last.start, format!("{name}({linear}u32("));
+    edits.insert_text(last.start, format!("{name}({linear}u32("));
     let wrap = match outer.is_empty() {
         true => String::new(),
         false => format!(" % {}u", variable.sizes.last()?),
     };
-    edits.insert(last.end, format!("), {kind}u){wrap}"));
+    edits.insert_text(last.end, format!("), {kind}u){wrap}"));
     Some(true)
 }
 
 /// Stores the lane's number at the begin of an entry point; none if it has none.
-fn set_lane(edits: &mut Edits, (text, tokens): (&str, &[Token]), module: &Module, entry: &EntryPoint) -> Option<()> {
+fn set_lane(
+    edits: &mut TextInsertions,
+    (text, tokens): (&str, &[Token]),
+    module: &Module,
+    entry: &EntryPoint,
+) -> Option<()> {
     let word = |k: usize| tokens.get(k).map_or("", |token| &text[token.range.clone()]);
     let [wide, high, _] = entry.workgroup_size;
     let of_binding = |name: &str, binding: &Option<Binding>| match binding {
@@ -347,21 +357,21 @@ fn set_lane(edits: &mut Edits, (text, tokens): (&str, &[Token]), module: &Module
     let is_entry = |k: &usize| word(*k) == "fn" && word(*k + 1) == entry.name;
     let start = (0..tokens.len()).find(is_entry)?;
     let open = (start..tokens.len()).find(|k| tokens[*k].depth == 0 && word(*k) == "{")?;
-    edits.insert(tokens[open].range.end, format!(" {PREFIX}lane = {lane};"));
+    edits.insert_text(tokens[open].range.end, format!(" {NAME_PREFIX}lane = {lane};"));
     Some(())
 }
 
 /// Returns what a watched text declares beside its own.
-fn declarations(watched: &[Watched], first: u32) -> String {
+fn declare_watches(watched: &[Watched], first: u32) -> String {
     let mut text = format!(
         "
-var<private> {PREFIX}lane: u32;
+var<private> {NAME_PREFIX}lane: u32;
 // Barriers of workgroup memory and of storage that the lane has passed, and 1.
-var<private> {PREFIX}phases: vec2u = vec2u(1u);
-fn {PREFIX}{WORKGROUP_BARRIER}() {{ {PREFIX}phases.x++; {WORKGROUP_BARRIER}(); }}
-fn {PREFIX}{STORAGE_BARRIER}() {{ {PREFIX}phases.y++; {STORAGE_BARRIER}(); }}
+var<private> {NAME_PREFIX}phases: vec2u = vec2u(1u);
+fn {NAME_PREFIX}{WORKGROUP_BARRIER}() {{ {NAME_PREFIX}phases.x++; {WORKGROUP_BARRIER}(); }}
+fn {NAME_PREFIX}{STORAGE_BARRIER}() {{ {NAME_PREFIX}phases.y++; {STORAGE_BARRIER}(); }}
 // Compares an access with an earlier one, both as phase and lane.
-fn {PREFIX}compare(variable: u32, element: u32, own: u32, other: u32, writes: u32) {{
+fn {NAME_PREFIX}compare(variable: u32, element: u32, own: u32, other: u32, writes: u32) {{
     if own == other || own / {MAX_LANES}u != other / {MAX_LANES}u {{ return; }}
     if atomicAdd(&{WATCH_LOG}[{first}u + 1u], 1u) == 0u {{
         atomicStore(&{WATCH_LOG}[{first}u + 2u], variable);
@@ -380,26 +390,26 @@ fn {PREFIX}compare(variable: u32, element: u32, own: u32, other: u32, writes: u3
         let _ = write!(
             text,
             "
-var<workgroup> {PREFIX}{name}_written: array<atomic<u32>, {count}>;
-var<workgroup> {PREFIX}{name}_read: array<atomic<u32>, {count}>;
+var<workgroup> {NAME_PREFIX}{name}_written: array<atomic<u32>, {count}>;
+var<workgroup> {NAME_PREFIX}{name}_read: array<atomic<u32>, {count}>;
 // Who read an element before its last reader, another lane.
-var<workgroup> {PREFIX}{name}_read_before: array<atomic<u32>, {count}>;
-fn {PREFIX}{name}(index: u32, kind: u32) -> u32 {{
+var<workgroup> {NAME_PREFIX}{name}_read_before: array<atomic<u32>, {count}>;
+fn {NAME_PREFIX}{name}(index: u32, kind: u32) -> u32 {{
     let k = min(index, {last}u);
-    let phase = {PREFIX}phases.{phase};
-    let own = phase * {MAX_LANES}u + {PREFIX}lane;
+    let phase = {NAME_PREFIX}phases.{phase};
+    let own = phase * {MAX_LANES}u + {NAME_PREFIX}lane;
     atomicAdd(&{WATCH_LOG}[{first}u], 1u);
     if (kind & 1u) != 0u {{
-        let before = atomicExchange(&{PREFIX}{name}_read[k], own);
+        let before = atomicExchange(&{NAME_PREFIX}{name}_read[k], own);
         if before != own && before / {MAX_LANES}u == phase {{
-            atomicStore(&{PREFIX}{name}_read_before[k], before);
+            atomicStore(&{NAME_PREFIX}{name}_read_before[k], before);
         }}
-        {PREFIX}compare({k}u, k, own, atomicLoad(&{PREFIX}{name}_written[k]), 0u);
+        {NAME_PREFIX}compare({k}u, k, own, atomicLoad(&{NAME_PREFIX}{name}_written[k]), 0u);
     }}
     if (kind & 2u) != 0u {{
-        {PREFIX}compare({k}u, k, own, atomicExchange(&{PREFIX}{name}_written[k], own), 1u);
-        {PREFIX}compare({k}u, k, own, atomicLoad(&{PREFIX}{name}_read[k]), 1u);
-        {PREFIX}compare({k}u, k, own, atomicLoad(&{PREFIX}{name}_read_before[k]), 1u);
+        {NAME_PREFIX}compare({k}u, k, own, atomicExchange(&{NAME_PREFIX}{name}_written[k], own), 1u);
+        {NAME_PREFIX}compare({k}u, k, own, atomicLoad(&{NAME_PREFIX}{name}_read[k]), 1u);
+        {NAME_PREFIX}compare({k}u, k, own, atomicLoad(&{NAME_PREFIX}{name}_read_before[k]), 1u);
     }}
     return index;
 }}

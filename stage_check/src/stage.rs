@@ -361,25 +361,13 @@ fn watch_stage(
     described: &EntryPoint,
 ) -> Result<Option<WatchedStage>, Fault> {
     let limits = gpu.limits();
-    let bound = module
-        .global_variables
-        .iter()
-        .filter_map(|(_, variable)| variable.binding);
-    let binding = bound
-        .filter(|place| place.group == 0)
-        .map(|place| place.binding + 1)
-        .max();
-    let place = LogPlace {
-        group: 0,
-        binding: binding.unwrap_or(0),
-        first: 0,
-    };
+    let place = LogPlace::behind_bindings(module, 0);
     let buffers = described.bindings.iter().filter(|binding| !binding.uniform).count() as u32;
     if buffers >= limits.max_storage_buffers_per_shader_stage {
         return Ok(None);
     }
     let max_bytes = limits.max_compute_workgroup_storage_size;
-    let max_turns = Some(max_loop_turns(gpu.kind()));
+    let max_turns = Some(max_loop_turns(gpu.device_type()));
     let Some(watched) = watch_shader(text, module, place, max_bytes, max_turns) else {
         return Ok(None);
     };

@@ -33,10 +33,24 @@ pub struct LogPlace {
     pub first: u32,
 }
 
+impl LogPlace {
+    /// Places the log at the first binding of group 0 behind those of a module.
+    pub fn behind_bindings(module: &Module, first: u32) -> Self {
+        let variables = module.global_variables.iter();
+        let bound = variables.filter_map(|(_, variable)| variable.binding);
+        let own_group = bound.filter(|place| place.group == 0);
+        Self {
+            group: 0,
+            binding: own_group.map(|place| place.binding + 1).max().unwrap_or(0),
+            first,
+        }
+    }
+}
+
 impl WatchedText {
     /// Returns the races in the words that it has left of its part of the log.
     pub fn read_races(&self, words: &[u32]) -> RaceReport {
-        RaceReport::read(words, &self.variables)
+        RaceReport::from_words(words, &self.variables)
     }
 
     /// Returns the number of a loop without an end in those words, if there is one.
@@ -68,12 +82,12 @@ pub fn watch_shader(
     let mut declared = log + &counting;
     let mut variables = Vec::new();
     if let Some(accesses) = accesses {
-        edits.append(accesses.edits);
+        edits.append_all(accesses.edits);
         declared.push_str(&accesses.declarations);
         variables = accesses.variables;
     }
     Some(WatchedText {
-        text: edits.apply(text) + &declared,
+        text: edits.apply_to(text) + &declared,
         variables,
         loops,
     })

@@ -81,7 +81,7 @@ pub fn check_shooting_functions(
         CheckedFunction {
             function: "link_scale",
             transport: *transport,
-            arguments: closures(),
+            arguments: closure_arguments(),
             twin: Box::new(|[[conserve, ..], sums, ..]| {
                 let given = to_vector(*sums);
                 let closure = PatchClosure {
@@ -431,7 +431,7 @@ fn sample_numbers() -> Vec<CallArguments> {
 }
 
 /// Returns sums of form factors, none and above 1 among them, with escaped shares; whether they are to be closed comes first.
-fn closures() -> Vec<CallArguments> {
+fn closure_arguments() -> Vec<CallArguments> {
     let sums = [[0.0, 0.0], [0.5, 0.25], [0.75, 0.0], [1.5, 0.125]];
     let with_choice = |[sum, escaped]: [f32; 2]| {
         [0, 1].map(|conserve| {

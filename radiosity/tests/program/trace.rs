@@ -329,10 +329,10 @@ fn trace_page_shows_the_recorded_shots() {
     assert!((energy / emitted - 1.0).abs() < 1e-5, "{energy} {emitted}");
 }
 
-const RELIGHT: &str = "relight --room scenes/paper_room.obj --object scenes/paper_objects.obj --place 0,-0.01,0 --solver cpu --texels 4 --patches 1 --samples 4 --max-shots 300";
+const RELIGHT_COMMAND: &str = "relight --room scenes/paper_room.obj --object scenes/paper_objects.obj --place 0,-0.01,0 --solver cpu --texels 4 --patches 1 --samples 4 --max-shots 300";
 
 /// A script that goes to the last shot of a relight, and to one that takes captured light from a texel of the room.
-const RELIT: &str = "
+const RELIT_SCRIPT: &str = "
 (async () => {
   const wait = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
   const element = document.querySelector('.trace');
@@ -362,21 +362,21 @@ const RELIT: &str = "
 #[test]
 fn relight_trace_is_written_beside_the_other_files_and_changes_none() {
     let folder = TestFolder::new();
-    let end = folder.succeed(&format!("{RELIGHT} --trace --out traced"));
+    let end = folder.succeed(&format!("{RELIGHT_COMMAND} --trace --out traced"));
     assert!(end.stderr.contains("wrote trace.html"), "{end}");
-    folder.succeed(&format!("{RELIGHT} --out plain"));
+    folder.succeed(&format!("{RELIGHT_COMMAND} --out plain"));
     assert_eq!(folder.read("traced/lightmap.exr"), folder.read("plain/lightmap.exr"));
     assert!(!folder.has("plain/trace.html"));
     let page = folder.read_text("traced/trace.html");
     assert!(page.contains("\"relight\":{\"reshoot\":true,\"room_faces\":156}"));
     assert!(page.contains("Table 2, corrected") && !page.contains("https:"));
-    let paper = folder.succeed(&format!("{RELIGHT} --trace --method paper --out paper"));
+    let paper = folder.succeed(&format!("{RELIGHT_COMMAND} --trace --method paper --out paper"));
     assert!(paper.stderr.contains("wrote trace.html"), "{paper}");
     assert!(folder.read_text("paper/trace.html").contains("\"reshoot\":false"));
     // All light again is a solve.
-    folder.succeed(&format!("{RELIGHT} --trace --method full --out full"));
+    folder.succeed(&format!("{RELIGHT_COMMAND} --trace --method full --out full"));
     assert!(folder.read_text("full/trace.html").contains("\"relight\":null"));
-    folder.fail_with(2, &format!("{RELIGHT} --trace --error 2%"), "--error");
+    folder.fail_with(2, &format!("{RELIGHT_COMMAND} --trace --error 2%"), "--error");
 }
 
 #[test]
@@ -385,8 +385,11 @@ fn relight_trace_page_shows_what_the_objects_change() {
         return;
     };
     let folder = TestFolder::new();
-    folder.succeed(&format!("{RELIGHT} --trace"));
-    folder.write("relit.html", with_script(&folder.read_text("out/trace.html"), RELIT));
+    folder.succeed(&format!("{RELIGHT_COMMAND} --trace"));
+    folder.write(
+        "relit.html",
+        with_script(&folder.read_text("out/trace.html"), RELIT_SCRIPT),
+    );
     let did = page_outcome(&browser, &folder.path("relit.html"));
     let result = folder.read_json("out/result.json");
     assert_eq!(did["captured"].as_u64(), Some(156));
