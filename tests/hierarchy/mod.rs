@@ -6,4 +6,5 @@ mod final_gather;
 mod linkers;
 mod many_faces;
 mod rays;
+mod recorded_links;
 mod tree;

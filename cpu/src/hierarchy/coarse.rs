@@ -16,6 +16,7 @@ const MIN_OPEN_SHARE: f32 = 0.05;
 const NO_COARSE_NODE: u32 = u32::MAX;
 
 /// A node's link to a block.
+#[derive(Clone)]
 pub struct StoredLink {
     /// Number of the node.
     pub node: u32,

@@ -67,7 +67,11 @@ pub(super) struct AdaptiveSolve<'a> {
     /// Largest number of steps.
     max_steps: u32,
     pub(super) progress: &'a ProgressMonitor<'a>,
+    observer: Option<StepObserver<'a>>,
 }
+
+/// Is called with each step by links and the error to which it was solved.
+pub type StepObserver<'a> = &'a dyn Fn(&SolveStep, f64);
 
 impl<'a> AdaptiveSolve<'a> {
     /// Makes the solve of `scene` to `target`.
@@ -84,6 +88,15 @@ impl<'a> AdaptiveSolve<'a> {
             method,
             max_steps: MAX_STEPS,
             progress,
+            observer: None,
+        }
+    }
+
+    /// Returns the solve with an `observer` of its steps.
+    pub(super) fn with_observer(self, observer: StepObserver<'a>) -> Self {
+        Self {
+            observer: Some(observer),
+            ..self
         }
     }
 
@@ -143,7 +156,11 @@ impl AdaptiveProblem for AdaptiveSolve<'_> {
             receive_sky(self.scene, &mut mesh, goal as f32, &mut outside)?;
             solve_with_links(self.scene, &mesh, &off, budget, self.method, &mut callback)
         })?;
-        Ok(SolveStep::new(texels, mesh, outcome))
+        let step = SolveStep::new(texels, mesh, outcome);
+        if let Some(observer) = self.observer {
+            observer(&step, goal);
+        }
+        Ok(step)
     }
 
     fn requested_texels(&self, _: usize) -> Option<[u32; 2]> {

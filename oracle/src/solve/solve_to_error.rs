@@ -1,6 +1,6 @@
 //! A solve to a requested error, by rays where faces are many and small and by links elsewhere, on the requested texels.
 
-use super::adaptive::{AdaptiveProblem, AdaptiveSolve, refine_until_converged};
+use super::adaptive::{AdaptiveProblem, AdaptiveSolve, StepObserver, refine_until_converged};
 use super::error_estimate::ErrorHistory;
 use super::progress::ProgressMonitor;
 use super::ray_steps::refine_by_rays;
@@ -47,6 +47,20 @@ pub fn solve_adaptively_within(
     progress: &ProgressMonitor,
 ) -> Result<Solved> {
     let problem = AdaptiveSolve::new(scene, target, method, progress).with_max_steps(max_steps);
+    solve_in_steps(&problem, settings, target)
+}
+
+/// Solves as [`solve_adaptively`] does, and calls `observer` with each step by links.
+///
+/// Errors: [`common::Error::Interrupted`] before the first step is done.
+pub fn solve_with_observer(
+    scene: &Scene,
+    settings: &Settings,
+    target: ErrorTarget,
+    (method, observer): (LinkMethod, StepObserver),
+    progress: &ProgressMonitor,
+) -> Result<Solved> {
+    let problem = AdaptiveSolve::new(scene, target, method, progress).with_observer(observer);
     solve_in_steps(&problem, settings, target)
 }
 

@@ -1,4 +1,5 @@
-//! The record of a solve that shoots one patch at a time: what each shot did, and why its patch was chosen.
+//! The record of a solve that shoots one patch at a time: what each shot did, and why its patch was chosen. [`links`] records a
+//! solve to an error.
 //!
 //! [`recorder`] wraps an engine and observes the shooting loop, [`packing`] compresses the links of a shooter,
 //! [`hemisphere`] draws what it sees, [`task`] solves a scene with the recorder in place.
@@ -14,6 +15,7 @@
 //! are the same in all of its shots, so they are kept once.
 
 pub mod hemisphere;
+pub mod links;
 pub mod packing;
 pub mod recorder;
 pub mod task;

@@ -100,24 +100,30 @@ impl TexelOrder {
     fn append_planes(&self, values: &[u16], bytes: &mut Vec<u8>) {
         let places = self.places.iter().enumerate();
         let differences = places.map(|(at, place)| values[at].wrapping_sub(place.predict_value(values, at)));
-        // Small differences of both signs become small numbers.
-        let folded: Vec<[u8; 2]> = differences
-            .map(|d| ((d << 1) ^ ((d as i16) >> 15) as u16).to_le_bytes())
-            .collect();
+        let folded: Vec<[u8; 2]> = differences.map(fold_difference).collect();
         for plane in 0..2 {
             bytes.extend(folded.iter().map(|pair| pair[plane]));
         }
     }
 }
 
+/// Returns low and high byte of a difference, so that small ones of both signs become small numbers.
+pub fn fold_difference(difference: u16) -> [u8; 2] {
+    ((difference << 1) ^ ((difference as i16) >> 15) as u16).to_le_bytes()
+}
+
+/// Returns the exponent of the power of two over which numbers up to `largest` lie just below the largest half float.
+pub fn half_exponent(largest: f32) -> i32 {
+    match largest {
+        0.0 => 0,
+        largest => largest.log2().floor() as i32 - TOP_EXPONENT,
+    }
+}
+
 impl PackedLinks {
     /// Compresses the links of `patch`.
     pub fn new(patch: u32, is_captured: bool, links: &TexelLinks, order: &TexelOrder) -> Self {
-        let largest = links.form_factors.iter().copied().fold(0.0, f32::max);
-        let exponent = match largest {
-            0.0 => 0,
-            largest => largest.log2().floor() as i32 - TOP_EXPONENT,
-        };
+        let exponent = half_exponent(links.form_factors.iter().copied().fold(0.0, f32::max));
         let is_occluded = links.shares.iter().any(|share| *share != 1.0);
         let halves = |values: &[f32], scale: f64| -> Vec<u16> {
             let scaled = values.iter().map(|x| f16::from_f64(f64::from(*x) * scale));

@@ -1,9 +1,12 @@
-//! A scene that is solved one shot at a time and recorded.
+//! Scenes whose solve is recorded: shot by shot, or link by link.
 
 use super::ShotTrace;
+use super::links::LinkRecord;
 use super::recorder::{ShotRecorder, TraceLimits};
+use crate::solve::gpu_linker::LinkerOnGpu;
 use crate::solve::progress::ProgressMonitor;
 use crate::solve::regather::ErrorEstimate;
+use crate::solve::solve_to_error::solve_with_observer;
 use crate::solve::solved::Solved;
 use crate::solve::solver::SolverChoice;
 use crate::solve::task::{SolveTask, solve_by_shooting};
@@ -12,7 +15,9 @@ use common::scene::Scene;
 use common::settings::Settings;
 use common::solution::Warning;
 use common::{Error, Result};
+use cpu::hierarchy::linker::{LinkMethod, LinkerFactory};
 use std::cell::RefCell;
+use std::rc::Rc;
 
 /// The place of a record that a solve with single shots fills.
 pub struct TraceSlot {
@@ -44,7 +49,7 @@ impl TraceSlot {
     }
 }
 
-/// A scene whose solve is recorded.
+/// A scene whose shots are recorded.
 pub struct TracedScene<'a> {
     /// The scene.
     pub scene: &'a Scene,
@@ -64,6 +69,44 @@ impl SolveTask for TracedScene<'_> {
             self.slot.put_trace(recorder.into_trace());
             Ok(run)
         })
+    }
+
+    fn estimate_error(&self, solved: &Solved) -> Result<Option<ErrorEstimate>> {
+        self.scene.estimate_error(solved)
+    }
+
+    fn collect_warnings(&self, solved: &Solved, estimate: Option<&ErrorEstimate>) -> Vec<Warning> {
+        self.scene.collect_warnings(solved, estimate)
+    }
+
+    fn explain_darkness(&self, solved: &Solved) -> Option<String> {
+        self.scene.explain_darkness(solved)
+    }
+}
+
+/// A scene whose links are recorded: a solve to an error that does not trace light by rays.
+pub struct LinkedScene<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Receives the record.
+    pub record: Rc<LinkRecord>,
+}
+
+impl SolveTask for LinkedScene<'_> {
+    fn scene(&self) -> &Scene {
+        self.scene
+    }
+
+    fn solve_once(&self, settings: &Settings, solver: SolverChoice, progress: &ProgressMonitor) -> Result<Solved> {
+        let Some(target) = solver.error_target() else {
+            return Err(Error::Usage(format!("{} has no links to record", solver.name())));
+        };
+        let on_gpu = solver.gpu().map(|gpu| LinkerOnGpu::factory_on(gpu, &[]));
+        let linkers = on_gpu.as_ref().map(|factory| factory as LinkerFactory);
+        let recording = self.record.recording_factory(linkers);
+        let method = LinkMethod::Custom(&recording);
+        let observer = |step: &_, goal| self.record.end_step(step, goal);
+        solve_with_observer(self.scene, settings, target, (method, &observer), progress)
     }
 
     fn estimate_error(&self, solved: &Solved) -> Result<Option<ErrorEstimate>> {

@@ -13,6 +13,7 @@ EXAMPLES:
   radiosity solve room.glb --gltf baked.glb --uv keep   the same, on the scene's own charts (TEXCOORD_1)
   radiosity solve model.glb --sky 1 --sun 1,2,1,3       a model without lamps, outdoors
   radiosity solve room.obj --quality draft --json | jq .estimated_error
+  radiosity solve room.obj --trace                      trace.html: the links of any texel, step by step
   radiosity solve room.glb --dry-run                    texels, memory and time, nothing solved";
 
 const SHOOT_EXAMPLES: &str = "\

@@ -29,6 +29,7 @@ mod solver;
 mod spelling;
 mod stress;
 mod table4;
+mod trace;
 mod watch;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};

@@ -6,12 +6,11 @@ use super::lights::LightOptions;
 use super::options::{CommonOptions, PassOptions, ShootingOptions, choice_parser, parse_error};
 use super::progress::{Progress, handle_interrupts};
 use super::solver::{SHOOTING_SOLVERS, SOLVERS, choose_solver, open_gpu};
+use super::trace::{Recorder, TRACE_FILE};
 use super::{Outcome, plan};
-use crate::plan::SceneCounts;
 use crate::plan::coarser_defaults::coarsen_meshing;
 use crate::plan::memory::{check_memory, memory_limit, require_address_space};
 use crate::report::solution_view::RenderedView;
-use crate::report::trace::{TRACE_LIMITS, TracePage, check_trace_limits};
 use clap::Args;
 use common::capture::maps;
 use common::energy::EnergyBalance;
@@ -25,17 +24,12 @@ use gpu::Gpu;
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solved::DenseReport;
 use oracle::solve::solver::{ErrorTarget, SolverChoice, SolverKind};
-use oracle::solve::task::SolveTask;
 use oracle::solve::{SolveAnswer, SolveRequest, dense, solve_request};
-use oracle::trace::task::{TraceSlot, TracedScene};
 use std::path::PathBuf;
 use std::time::Instant;
 
 /// Files of every solve.
 pub const SOLUTION_FILES: [&str; 5] = ["lightmap.exr", "error.exr", "preview.png", "view.html", "result.json"];
-
-/// Page of a traced solve.
-pub const TRACE_FILE: &str = "trace.html";
 
 /// Arguments of `solve`.
 #[derive(Args)]
@@ -46,6 +40,9 @@ pub struct SolveArguments {
     /// Refine until the estimated error is at most P per cent, 0.2 to 10 [default: 1]
     #[arg(long, value_name = "P%", value_parser = parse_error, conflicts_with = "quality")]
     error: Option<f64>,
+    /// Also write trace.html: each step with its nodes, and the links of a texel that you point at
+    #[arg(long)]
+    trace: bool,
     #[command(flatten)]
     job: SceneJob,
 }
@@ -97,6 +94,8 @@ pub struct SceneJob {
 pub enum JobMethod<'a> {
     /// To an error, or by the dense system.
     ToError(f64),
+    /// To an error, with the links recorded for `trace.html`.
+    TracingLinks(f64),
     /// By progressive refinement with these options.
     Shooting(&'a ShootingOptions, &'a PassOptions),
     /// By progressive refinement with these options, one patch at a time, each shot recorded for `trace.html`.
@@ -105,7 +104,12 @@ pub enum JobMethod<'a> {
 
 /// Solves a scene to an error, or exactly by the dense system, and writes the result.
 pub fn run_solve(arguments: &SolveArguments) -> Result<Outcome> {
-    let SolveArguments { error, job, solver } = arguments;
+    let SolveArguments {
+        error,
+        job,
+        solver,
+        trace,
+    } = arguments;
     let solver = choose_solver(solver.or(error.map(|_| SolverKind::Cpu)), &job.common)?;
     let quality = job.common.quality.map(|_| "--quality");
     match error.map(|_| "--error").or(quality) {
@@ -114,7 +118,16 @@ pub fn run_solve(arguments: &SolveArguments) -> Result<Outcome> {
         ))),
         _ => {
             let error = error.unwrap_or(job.common.quality_error());
-            solve_scene(job, solver, JobMethod::ToError(error))
+            let method = match (trace, solver) {
+                (true, SolverKind::Dense) => {
+                    return Err(Error::Usage(
+                        "--trace shows links, and --solver dense has none: leave one of them out".into(),
+                    ));
+                }
+                (true, _) => JobMethod::TracingLinks(error),
+                (false, _) => JobMethod::ToError(error),
+            };
+            solve_scene(job, solver, method)
         }
     }
 }
@@ -164,18 +177,12 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     progress.remove_bar();
     let (device, missing) = open_gpu(solver, common)?;
     let (settings, solver, changed) = choose_settings((solver, method), &scene, common, device.as_ref());
-    let slot = TraceSlot::new(TRACE_LIMITS);
-    let traced = match method {
-        JobMethod::Tracing(..) => {
-            let SceneCounts { faces, texels, .. } = SceneCounts::new(&scene, &settings.meshing);
-            check_trace_limits(&scene.name, faces, texels)?;
-            Some(TracedScene {
-                scene: &scene,
-                slot: &slot,
-            })
-        }
-        JobMethod::Shooting(..) | JobMethod::ToError(_) => None,
+    let recorder = match method {
+        JobMethod::Shooting(..) | JobMethod::ToError(_) => Recorder::Nothing,
+        JobMethod::Tracing(..) => Recorder::of_shots(),
+        JobMethod::TracingLinks(_) => Recorder::of_links(),
     };
+    let traced = recorder.record_scene(&scene, &settings, solver)?;
     let mut notes: Vec<String> = scene.notes.iter().cloned().chain(changed).collect();
     if !job.dry_run {
         handle_interrupts();
@@ -196,7 +203,7 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     let own = own.chain(traced.iter().map(|_| TRACE_FILE.into()));
     prepare_outputs(own.map(|name| (out.as_path(), name)).chain(baked))?;
     let question = SolveRequest {
-        task: traced.as_ref().map_or(&scene, |traced| traced as &dyn SolveTask),
+        task: traced.as_deref().unwrap_or(&scene),
         settings: &settings,
         solver,
     };
@@ -218,10 +225,7 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     };
     let solution = answered.to_solution(&question, &notes, seconds);
     let seen = RenderedView::new(&solution, None)?;
-    let page = match &traced {
-        Some(_) => render_trace(&solution, &slot, &seen)?,
-        None => None,
-    };
+    let page = recorder.render_page(&solution, &seen)?;
     let mut files = PendingFiles::default();
     bake.add_files(&mut files, (&solution, charts.as_ref(), file), &seen)?;
     let mut more = encode_view(seen);
@@ -243,15 +247,6 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     missing.map_or(Ok(Outcome::Done), Err)
 }
 
-/// Renders trace.html; prints a note if not all shots fit, and returns none if not even the first does.
-pub fn render_trace(solution: &Solution, slot: &TraceSlot, seen: &RenderedView) -> Result<Option<String>> {
-    let page = TracePage::new(solution, &slot.take_trace()?, &seen.preview);
-    if let Some(note) = page.describe_missing_shots() {
-        message!("note: {note}");
-    }
-    Ok((page.shots > 0 || page.shot_count == 0).then_some(page.html))
-}
-
 /// Returns settings and solver, and a note if the scene's many faces changed the settings.
 fn choose_settings<'g>(
     (solver, method): (SolverKind, JobMethod),
@@ -267,7 +262,7 @@ fn choose_settings<'g>(
             }
             (settings, SolverChoice::shooting_on(gpu), changed)
         }
-        JobMethod::ToError(error) => {
+        JobMethod::ToError(error) | JobMethod::TracingLinks(error) => {
             let mut settings = common.shooting_settings(&ShootingOptions::default(), &PassOptions::default(), false);
             settings.schedule = settings.schedule.with_southwell();
             let texels = common.texels;

@@ -8,6 +8,7 @@ pub mod command;
 pub mod diff;
 mod error;
 mod lights;
+mod links;
 pub mod merge;
 mod pages;
 mod refused_options;

@@ -17,10 +17,11 @@ const LONG: &str = "a_folder_whose_name_is_as_long_as_those_are_in_which_people_
 
 /// Quick commands that write the pages, each into a folder of its own. Exit codes are ignored: gates may fail on so few
 /// texels, and an adapter that does not exist still gives a page.
-const COMMANDS: [(&str, &str); 12] = [
+const COMMANDS: [(&str, &str); 13] = [
     ("a/view.html", "solve LONG --solver cpu --error 10%"),
     ("", "shoot LONG --solver cpu FEW --out b"),
     ("trace/trace.html", "shoot LONG --solver cpu FEW --trace"),
+    ("links/trace.html", "solve LONG --solver cpu --error 10% --trace"),
     ("diff/diff.html", "diff b a"),
     ("check/check.html", "check b"),
     ("compare/report.html", "compare LONG FEW --item-buffer 64"),

@@ -65,7 +65,6 @@ fn help_lists_options_of_shooting_under_shoot_only() {
         "--iteration",
         "--epsilon",
         "--max-shots",
-        "--trace",
     ] {
         assert!(!solve.contains(option), "{option}: {solve}");
         assert!(shoot.contains(option), "{option}: {shoot}");

@@ -3,7 +3,8 @@
 use super::RelightArguments;
 use crate::cli::console::message;
 use crate::cli::objects::PlacedObject;
-use crate::cli::solve::{TRACE_FILE, encode_view, print_summary, render_trace};
+use crate::cli::solve::{encode_view, print_summary};
+use crate::cli::trace::{TRACE_FILE, render_trace};
 use crate::relight::camera::{automatic_camera, camera_at};
 use crate::relight::page::{RelightPage, render_report};
 use crate::relight::pictures::draw_figures;

@@ -105,16 +105,19 @@ pub fn energy_parts(energy: Option<&EnergyBalance>) -> [f64; 4] {
 
 /// Bytes of words of 32 bits.
 #[derive(Default)]
-struct WordWriter {
-    bytes: Vec<u8>,
+pub struct WordWriter {
+    /// The bytes, little-endian.
+    pub bytes: Vec<u8>,
 }
 
 impl WordWriter {
-    fn add(&mut self, word: u32) {
+    /// Adds a word.
+    pub fn add(&mut self, word: u32) {
         self.bytes.extend(word.to_le_bytes());
     }
 
-    fn add_floats<const N: usize>(&mut self, values: [f32; N]) {
+    /// Adds floats.
+    pub fn add_floats<const N: usize>(&mut self, values: [f32; N]) {
         values.iter().for_each(|value| self.add(value.to_bits()));
     }
 }

@@ -3,10 +3,12 @@
 //!
 //! [`algorithm`] lists the steps with the files that do them, [`data`] packs the arrays, and the scripts add to the viewer:
 //! `trace_data.js` reads the arrays and accumulates shots, `trace_viewer.js` displays texels, `trace_panels.js` draws the
-//! figures beside it, `trace_hemisphere.js` what the shooter sees, `trace_page.js` moves through the shots.
+//! figures beside it, `trace_hemisphere.js` what the shooter sees, `trace_page.js` moves through the shots. [`links`] is the
+//! page of a solve to an error; both use `elements.js` and `outlines.js`.
 
 pub mod algorithm;
 pub mod data;
+pub mod links;
 
 use self::algorithm::{AlgorithmStep, algorithm_steps};
 use self::data::{PART_BYTES, ShownPart, energy_parts, pack_arrays};
@@ -25,7 +27,7 @@ use maud::{Markup, PreEscaped, html};
 use oracle::trace::hemisphere::hemisphere_settings;
 use oracle::trace::packing::HALF_ROUNDING;
 use oracle::trace::recorder::TraceLimits;
-use oracle::trace::{ShotTrace, TraceLimit, TracedRelight};
+use oracle::trace::{ShotTrace, TraceLimit};
 use serde_json::json;
 
 /// Maximum bytes of the page.
@@ -42,6 +44,8 @@ pub const MAX_TRACED_TEXELS: u64 = 1 << 18;
 /// Maximum faces of a scene with a trace: their geometry takes two of the page's five million bytes.
 pub const MAX_TRACED_FACES: u64 = 15_000;
 
+/// Scripts of all pages of records.
+const SHARED_SCRIPTS: [&str; 2] = [include_str!("elements.js"), include_str!("outlines.js")];
 const PAGE_SCRIPTS: [&str; 5] = [
     include_str!("trace_data.js"),
     include_str!("trace_viewer.js"),
@@ -209,7 +213,13 @@ impl PageRenderer<'_> {
                         div.trace-panels {
                             (render_panel("choice", "Why this patch shoots"))
                             (render_panel("hemisphere", "What the shooter sees"))
-                            (render_algorithm(relight, &algorithm_steps(&settings.transport, is_covered, relight)))
+                            (render_algorithm(
+                                match relight {
+                                    Some(_) => "The algorithm (Table 2, corrected)",
+                                    None => "The algorithm (Table 1, corrected)",
+                                },
+                                &algorithm_steps(&settings.transport, is_covered, relight),
+                            ))
                             (render_panel("energy", match relight {
                                 Some(_) => "What the objects change",
                                 None => "Where the emitted power is",
@@ -221,7 +231,7 @@ impl PageRenderer<'_> {
                 }
             })
             .add_remark(self.describe_precision())
-            .add_element(viewer_assets(STYLE, &PAGE_SCRIPTS));
+            .add_element(viewer_assets(STYLE, &[&SHARED_SCRIPTS[..], &PAGE_SCRIPTS].concat()));
         let title = format!("{}, shot by shot", file_name(&scene.name));
         render_document(&title, &opening, &[], "")
     }
@@ -338,10 +348,10 @@ fn render_panel(name: &str, title: &str) -> Markup {
     html! { section.panel data-panel=(name) { h2 { (title) } div.content {} } }
 }
 
-/// Renders the algorithm with a button for each line that the picture can show.
-fn render_algorithm(relight: Option<&TracedRelight>, steps: &[AlgorithmStep]) -> Markup {
+/// Renders an algorithm with a button for each line that the picture can show.
+fn render_algorithm(title: &str, steps: &[AlgorithmStep]) -> Markup {
     html! { section.panel data-panel="algorithm" {
-        h2 { "The algorithm (Table " (1 + u32::from(relight.is_some())) ", corrected)" }
+        h2 { (title) }
         ol.algorithm { @for step in steps {
             li.inner[step.is_inner] data-line=[step.quantity] {
                 @match step.quantity {

@@ -9,14 +9,6 @@ const MAX_KEPT_STATES = 40;
 // Components of a texel's two vectors B and r.
 const STATE_BYTES_PER_TEXEL = 24;
 
-const HALVES = Float32Array.from({ length: 65536 }, (_, bits) => from_half(bits));
-
-// Inflates bytes (RFC 1951).
-async function inflate(bytes) {
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
 // Reads the numbers of plane `plane` of a shooter's links: differences from predictions by the texels before, as
 // oracle/src/trace/packing.rs writes them.
 function read_plane(bytes, plane, { info, faces, texels }) {
@@ -32,8 +24,7 @@ function read_plane(bytes, plane, { info, faces, texels }) {
       } else if (!quad && k > 1) {
         guess = values[at - 2];
       }
-      const folded = bytes[low + at] | (bytes[high + at] << 8);
-      values[at] = guess + ((folded >> 1) ^ -(folded & 1));
+      values[at] = guess + unfold_difference(bytes[low + at], bytes[high + at]);
     }
     first += width * height;
   }

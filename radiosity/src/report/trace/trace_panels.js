@@ -5,29 +5,6 @@ const ENERGY_PARTS = ["absorbed", "unshot", "escaped", "closure"];
 const MIN_CURVE_SHARE = 1e-6;
 const CURVE = { width: 400, height: 150, left: 44, right: 8, top: 8, bottom: 22 };
 
-// Formats a power in watts with four significant digits, thousands apart.
-const watts = (power) => {
-  const rounded = Number(power.toPrecision(4));
-  const [whole, part] = String(rounded).split(".");
-  const text = Math.abs(rounded) >= 1e9 || String(rounded).includes("e") ? number(rounded) : whole.replace(/\B(?=(\d{3})+$)/g, "\u202f") + (part ? `.${part}` : "");
-  return `${text.replace("-", "−")} W`;
-};
-
-const percent = (share) => `${Number((100 * share).toPrecision(3))} %`.replace("-", "−");
-
-// Makes an element, of SVG if a name space is given.
-function make(tag, attributes = {}, children = []) {
-  const own = tag.startsWith("svg:") ? document.createElementNS("http://www.w3.org/2000/svg", tag.slice(4)) : document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) own.setAttribute(name, value);
-  own.append(...children);
-  return own;
-}
-
-// Returns `part` over `whole`; 0 of nothing.
-function share_of(part, whole) {
-  return whole > 0 ? part / whole : 0;
-}
-
 class TracePanels {
   // `seek` moves to a shot.
   constructor(element, viewer, seek) {

@@ -6,7 +6,7 @@ const SEEN_COLOUR = [0.35, 0.85, 1, 1];
 const FACE_COLOUR = [1, 1, 0.35, 1];
 const HIDDEN_COLOUR = [1, 0.25, 0.3, 1];
 
-class TraceViewer extends Viewer {
+class TraceViewer extends OutlineViewer {
   // Shows the state of a solve; `changed` is called when another quantity is displayed.
   attach(trace, changed) {
     const { scene, shape } = this;
@@ -117,7 +117,6 @@ class TraceViewer extends Viewer {
   // Outlines the shooter and the texel that is pointed at, and joins them.
   mark() {
     const { state, trace, seen } = this;
-    const outline = (places, colour) => places.map((place, k) => [place, places[(k + 1) % places.length], colour]);
     const lines = [];
     if (state.done > 0) {
       const shooter = trace.patches[trace.shot(state.done).patch];
@@ -131,29 +130,6 @@ class TraceViewer extends Viewer {
     if (seen !== null) lines.push(...outline(this.texel_outline(seen).corners, SEEN_COLOUR));
     if (this.outlined != null) lines.push(...outline(this.face_corners(this.outlined), FACE_COLOUR));
     this.lines.set(this.gl, lines.filter(([from, to]) => length(sub(from, to)) > 0));
-  }
-
-  // Returns corners, centroid and area of texel `k` in the mesh's unit.
-  texel_outline(k) {
-    const { positions, rings, corner_of } = this.shape;
-    const nodes = rings[k].filter((_, r) => corner_of[k][r] >= 0);
-    const corners = nodes.map((node) => Array.from(positions.subarray(3 * node, 3 * node + 3)));
-    let [centre, area] = [[0, 0, 0], 0];
-    for (let n = 1; n + 1 < corners.length; n++) {
-      const triangle = [corners[0], corners[n], corners[n + 1]];
-      const own = length(cross(sub(triangle[1], triangle[0]), sub(triangle[2], triangle[0]))) / 2;
-      for (const corner of triangle) centre = add(centre, corner, own / 3);
-      area += own;
-    }
-    return { corners, centre: area > 0 ? centre.map((x) => x / area) : corners[0], area };
-  }
-
-  face_corners(face) {
-    return [0, 1, 2, 3].map((n) => this.scene.corners.subarray(12 * face + 3 * n, 12 * face + 3 * n + 3));
-  }
-
-  face_name(face) {
-    return `face ${face} “${this.scene.names[this.scene.info[4 * face + 3]]}”`;
   }
 
   short_patch_name(patch) {

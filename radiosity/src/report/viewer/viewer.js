@@ -254,12 +254,20 @@ class Viewer {
     return [...columns.flat(), x * r, y * u, a * z + b, -z];
   }
 
+  // Gives the canvas as many pixels as the screen has there; returns these per CSS pixel.
+  fit() {
+    const { canvas } = this;
+    const scale = Math.min(window.devicePixelRatio || 1, 2);
+    const [w, h] = [canvas.clientWidth, canvas.clientHeight].map((n) => Math.max(1, Math.round(n * scale)));
+    if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
+    return scale;
+  }
+
   draw(mode = this.mode()) {
     const gl = this.gl;
     if (!gl) return;
-    const scale = Math.min(window.devicePixelRatio || 1, 2);
-    const [w, h] = [this.canvas.clientWidth, this.canvas.clientHeight].map((n) => Math.max(1, Math.round(n * scale)));
-    if (this.canvas.width !== w || this.canvas.height !== h) [this.canvas.width, this.canvas.height] = [w, h];
+    const scale = this.fit();
+    const [w, h] = [this.canvas.width, this.canvas.height];
     gl.useProgram(this.program);
     gl.bindVertexArray(this.arrays);
     gl.viewport(0, 0, w, h);
@@ -279,6 +287,7 @@ class Viewer {
   pick(x, y) {
     const gl = this.gl;
     if (!gl) return -1;
+    this.fit();
     const [w, h] = [this.canvas.width, this.canvas.height];
     const aside = gl.createFramebuffer();
     const buffers = [[gl.RGBA8, gl.COLOR_ATTACHMENT0], [gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]].map(([format, to]) => {
