@@ -24,7 +24,7 @@ pub struct FunctionCall {
 }
 
 /// The calls.
-pub const FUNCTION_CALLS: [FunctionCall; 17] = [
+pub const FUNCTION_CALLS: [FunctionCall; 19] = [
     FunctionCall {
         function: "project_direction",
         files: &["projection", "hemicube"],
@@ -61,6 +61,13 @@ pub const FUNCTION_CALLS: [FunctionCall; 17] = [
         result: "bound_corner(real(0u), word(1u).x, real(2u).xyz, real(2u).w)",
     },
     FunctionCall {
+        function: "bound_arc",
+        files: &["image_bound", "frame", "hemicube", "projection"],
+        declarations: "",
+        statements: "",
+        result: "bound_arc(real(0u), real(1u).xyz, real(2u).xyz, real(2u).w)",
+    },
+    FunctionCall {
         function: "link_scale",
         files: &["closure"],
         declarations: "",
@@ -73,6 +80,13 @@ pub const FUNCTION_CALLS: [FunctionCall; 17] = [
         declarations: "var<private> faces: array<Face, 1>;",
         statements: "let hit = intersect_planes(real(0u), real(1u), real(2u), real(3u), real(4u), real(5u).xyz, real(6u).xyz);",
         result: "vec4f(hit.t, hit.inside, hit.facing, f32(stops_ray(hit, 1.0)))",
+    },
+    FunctionCall {
+        function: "touches_plane",
+        files: &["intersect"],
+        declarations: "var<private> faces: array<Face, 1>;",
+        statements: "faces[0].plane = real(0u);",
+        result: "vec4f(f32(touches_plane(0u, real(1u).xyz)), 0.0, 0.0, 0.0)",
     },
     FunctionCall {
         function: "make_ray",

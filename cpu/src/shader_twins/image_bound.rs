@@ -63,12 +63,12 @@ pub fn image_bound(view: &ShooterView, face: &MeshFace, side: u32) -> Vec4 {
         } else if cube {
             limits = bound_corner(bound_corner(limits, side, a, near), side, b, near);
         } else {
-            limits = bound_arc(view, limits, a, b, 4.0 * OUTLINE_MARGIN / near);
+            limits = bound_arc(view.projection, limits, a, b, 4.0 * OUTLINE_MARGIN / near);
         }
     }
     // A face that crosses the horizon ends on the rim.
     if !cube && rises != sets {
-        limits = bound_arc(view, limits, sets, rises, 0.0);
+        limits = bound_arc(view.projection, limits, sets, rises, 0.0);
     }
     // Roundings, and rasterisers that snap to 1/256 pixel.
     let pixel = 2.0 / view.size as f32;
@@ -95,12 +95,12 @@ pub fn edge_distance(a: Vec3, b: Vec3) -> f32 {
 }
 
 /// Returns `limits` with an edge's image on the hemisphere, in arcs that are near their chords.
-fn bound_arc(view: &ShooterView, limits: Vec4, from_a: Vec3, to_b: Vec3, margin: f32) -> Vec4 {
+pub fn bound_arc(projection: ItemBufferProjection, limits: Vec4, from_a: Vec3, to_b: Vec3, margin: f32) -> Vec4 {
     let a = unit_vector(from_a);
     let b = unit_vector(to_b);
     let cosine = a.dot(b);
     if cosine > 0.995 {
-        return bound_chord(view, limits, a, b, margin);
+        return bound_chord(projection, limits, a, b, margin);
     }
     if cosine < -0.999 {
         return FULL_BOUND;
@@ -108,19 +108,19 @@ fn bound_arc(view: &ShooterView, limits: Vec4, from_a: Vec3, to_b: Vec3, margin:
     let m = unit_vector(a + b);
     let n = unit_vector(a + m);
     let o = unit_vector(m + b);
-    let limits = bound_chord(view, limits, a, n, margin);
-    let limits = bound_chord(view, limits, n, m, margin);
-    let limits = bound_chord(view, limits, m, o, margin);
-    bound_chord(view, limits, o, b, margin)
+    let limits = bound_chord(projection, limits, a, n, margin);
+    let limits = bound_chord(projection, limits, n, m, margin);
+    let limits = bound_chord(projection, limits, m, o, margin);
+    bound_chord(projection, limits, o, b, margin)
 }
 
 /// Both images of an arc of γ ≤ π/4 bend less than a unit circle: the sagitta is below γ²/8, and
 /// that below chord²/7.
-fn bound_chord(view: &ShooterView, limits: Vec4, a: Vec3, b: Vec3, margin: f32) -> Vec4 {
+fn bound_chord(projection: ItemBufferProjection, limits: Vec4, a: Vec3, b: Vec3, margin: f32) -> Vec4 {
     let d = b - a;
     let bulge = d.dot(d) / 7.0 + margin;
-    let p = project_direction(view.projection, a);
-    let q = project_direction(view.projection, b);
+    let p = project_direction(projection, a);
+    let q = project_direction(projection, b);
     include_rectangle(limits, p.min(q) - bulge, p.max(q) + bulge)
 }
 

@@ -4,7 +4,9 @@
 use super::comparison::StageCheck;
 use super::statistics::{Elements, ErrorTally, ValueSource};
 use common::Result;
-use common::constants::{MAX_GRAZING_HEIGHT_RATIO, NEAR_POINTS_PER_SIDE, PATCH_SUM_LANES, POINT_SOURCE_RADII};
+use common::constants::{
+    CONTACT_DISTANCE, MAX_GRAZING_HEIGHT_RATIO, NEAR_POINTS_PER_SIDE, PATCH_SUM_LANES, POINT_SOURCE_RADII,
+};
 use common::form_factor::Shooter;
 use common::mesh::{Mesh, MeshFace, TexelKind};
 use common::passes::PatchClosure;
@@ -13,8 +15,8 @@ use common::settings::{ItemBufferProjection, Transport, Visibility};
 use cpu::shader_twins::bvh::make_ray;
 use cpu::shader_twins::form_factor::{is_low, is_remote};
 use cpu::shader_twins::hemicube::{side_extent, side_height};
-use cpu::shader_twins::image_bound::{bound_corner, edge_distance};
-use cpu::shader_twins::intersect::intersect_planes;
+use cpu::shader_twins::image_bound::{bound_arc, bound_corner, edge_distance};
+use cpu::shader_twins::intersect::{intersect_planes, touches_plane};
 use cpu::shader_twins::projection::{is_covered, project_direction, unproject_point};
 use cpu::shader_twins::sampling::texel_uv;
 use cpu::shader_twins::surface_points::{outline_point, spot_point};
@@ -65,6 +67,16 @@ pub fn check_shooting_functions(
                 let edges = [edge0, edge1, edge2, edge3];
                 let hit = intersect_planes(plane, edges, origin.truncate(), direction.truncate());
                 Vec4::new(hit.t, hit.inside, hit.facing, to_number(hit.stops_ray(1.0)))
+            }),
+        },
+        CheckedFunction {
+            function: "touches_plane",
+            transport: *transport,
+            arguments: points_at_plane(),
+            twin: Box::new(|arguments| {
+                let [plane, point, ..] = arguments.map(to_vector);
+                let face = MeshFace { plane, ..mesh.faces[0] };
+                to_result(to_number(touches_plane(&face, point.truncate())))
             }),
         },
         CheckedFunction {
@@ -205,6 +217,17 @@ fn projection_functions(transport: &Transport, size: u32) -> Vec<CheckedFunction
                 .map(|side| with_words([side, 0, 0, 0]))
                 .collect(),
             twin: Box::new(move |arguments| side_extent(projection, arguments[0][0], size)),
+        });
+    }
+    for projection in [ItemBufferProjection::Hemisphere, ItemBufferProjection::Stereographic] {
+        checked.push(CheckedFunction {
+            function: "bound_arc",
+            transport: by(projection),
+            arguments: bounded_arcs(),
+            twin: Box::new(move |[limits, a, b, ..]| {
+                let [limits, a, b] = [limits, a, b].map(|words| to_vector(*words));
+                bound_arc(projection, limits, a.truncate(), b.truncate(), b.w)
+            }),
         });
     }
     checked.push(CheckedFunction {
@@ -464,6 +487,31 @@ fn bounded_corners() -> Vec<CallArguments> {
         }
     }
     calls
+}
+
+/// Returns edges whose ends are near each other, a right angle or more apart, and nearly opposite each other.
+fn bounded_arcs() -> Vec<CallArguments> {
+    let limits = [9.0, 9.0, -9.0, -9.0];
+    let edges = [
+        [[2.0, 0.0, 1.0, 0.0], [2.0, 0.125, 1.0, 0.001]],
+        [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]],
+        [[0.5, 0.25, 1.0, 0.0], [1.0, -2.0, 0.25, 0.002]],
+        [[-3.0, 0.25, 0.5, 0.0], [3.0, 0.5, 0.25, 0.001]],
+        [[-16.0, 0.5, 0.5, 0.0], [16.0, 0.25, 0.0, 0.001]],
+        [[-64.0, 0.5, 0.5, 0.0], [64.0, 0.25, 0.0, 0.001]],
+    ];
+    edges.map(|[a, b]| with_numbers([limits, a, b])).to_vec()
+}
+
+/// Returns points on both sides of a plane within the distance of contact, at it and beyond.
+fn points_at_plane() -> Vec<CallArguments> {
+    let plane = [0.0, 0.0, 1.0, 0.0];
+    let heights = [0.0, 0.5, 1.0, 1.5, 4.0]
+        .into_iter()
+        .flat_map(|factor| [factor, -factor]);
+    heights
+        .map(|factor| with_numbers([plane, [0.25, 0.5, factor * CONTACT_DISTANCE, 0.0]]))
+        .collect()
 }
 
 /// Returns all places of the grid of a near texel, of each kind.
