@@ -33,11 +33,11 @@ pub const SHADER_STAGES: [ShaderStage; 36] = shader_files! {
     hemicube: "item buffer" "lookup" "project_direction" "unproject_point" "side_extent"
         "bound_corner";
     projection: "item buffer" "item buffer, all silhouettes" "lookup" "links side by side" "project_direction"
-        "unproject_point";
+        "unproject_point" "bound_arc";
     image_bound: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side" "edge_distance"
-        "bound_corner";
+        "bound_arc" "bound_corner";
     intersect: "item buffer" "lookup" "rays" "escape" "links of GPU and CPU" "lookup, relit" "rays, relit"
-        "intersect_planes";
+        "intersect_planes" "touches_plane";
     item_buffer: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side";
     item_buffer_paper: "item buffer" "item buffer, all silhouettes" "item buffer, relit" "links side by side";
     lookup: "lookup" "lookup, all mismatches" "lookup, relit" "links side by side";

@@ -12,7 +12,7 @@ use oracle::trace::links::{LinkRecord, LinkTrace, RecordedGather, TracedStep};
 use oracle::trace::task::LinkedScene;
 use radiosity_tests::engines::shared_gpu;
 use radiosity_tests::{bundled_scene, lit_room};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 const TARGET: ErrorTarget = ErrorTarget {
@@ -139,6 +139,22 @@ fn links_give_the_light_of_their_receivers() {
         let texels: usize = trace.steps.iter().map(|step| check_step(&scene, step)).sum();
         assert!(texels > 100, "{}: {texels}", scene.name);
     }
+}
+
+/// The estimate is gathered at the coarse nodes, direct light at finer ones: the one is not taken for the other.
+#[test]
+fn direct_light_is_not_the_estimate() {
+    let (_, trace) = record_solve(
+        &bundled_scene("cornell_box.obj"),
+        SolverChoice::Hierarchy(TARGET),
+        usize::MAX,
+    );
+    let receivers = |gather: &RecordedGather| {
+        let spots = gather.blocks.iter().flat_map(|block| &block.spots);
+        spots.map(|spot| spot.node).collect::<HashSet<u32>>()
+    };
+    let links = &trace.steps.last().unwrap().links;
+    assert_ne!(receivers(&links.direct), receivers(&links.coarse));
 }
 
 #[test]

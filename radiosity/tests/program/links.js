@@ -7,7 +7,9 @@
     for (let tries = 0; element.dataset.ready === undefined && tries < 100; tries++) await wait(50);
     const { page } = element;
     const shown = () => element.querySelector(".step:not([hidden])").dataset.step;
-    const moved = (name) => outcome.moves.push([name, page.step, shown(), page.part, element.querySelector(".algorithm .lit").dataset.line]);
+    const told = { direct: "that lamps send", coarse: "from bounce to bounce", final: "of the last bounce" };
+    const tells = () => Object.keys(told).find((part) => page.content.querySelector("p").textContent.includes(told[part]));
+    const moved = (name) => outcome.moves.push([name, page.step, shown(), tells(), element.querySelector(".algorithm .lit").dataset.line]);
     const key = (name) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true }));
     moved("start");
     for (const name of ["ArrowRight", "n", "n", "ArrowLeft", "n"]) {
@@ -45,6 +47,12 @@
     const before = page.viewer.lines.segments.length;
     bar.dispatchEvent(new PointerEvent("pointerenter"));
     outcome.outlined = page.viewer.lines.segments.length - before;
+    // The sum of the weights of each spot of each gather, and its texel or none.
+    outcome.sums = page.links.map((step) => Object.entries(step.gathers).map(([part, { spots }]) => spots.map(({ node, block }, number) => {
+      let sum = 0;
+      for (let k = 0; k < block.links; k++) sum += step.weight(part, number, k);
+      return [step.nodes[node].texel, sum];
+    })));
     outcome.requests = performance.getEntriesByType("resource").length;
   } catch (error) {
     outcome.failed = String(error.stack || error);

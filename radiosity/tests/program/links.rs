@@ -2,13 +2,21 @@
 
 use super::browser::{browser_for, page_outcome, with_script};
 use super::command::TestFolder;
+use common::settings::Settings;
 use common::solution::StoredSolution;
 use glam::Vec3;
+use oracle::solve::progress::without_progress;
+use oracle::solve::solver::{ErrorTarget, SolverChoice};
+use oracle::solve::{SolveRequest, solve_request};
+use oracle::trace::links::LinkRecord;
+use oracle::trace::task::LinkedScene;
 use radiosity::report::trace::MAX_PAGE_BYTES;
 use radiosity::report::trace::links::{LinkPage, METHOD};
+use radiosity_tests::bundled_scene;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
+use std::rc::Rc;
 
 /// A script that moves through the steps and points at texels.
 const POINT: &str = include_str!("links.js");
@@ -92,6 +100,48 @@ fn steps_of_the_method_name_existing_functions() {
     }
 }
 
+/// Records the solve of [`SOLVE`] again and checks the sum of the weights of each receiver on the page.
+fn check_weights(sums: &[Value]) {
+    let scene = bundled_scene("cornell_box.obj");
+    let record = LinkRecord::new(usize::MAX);
+    let request = SolveRequest {
+        task: &LinkedScene {
+            scene: &scene,
+            record: Rc::clone(&record),
+        },
+        settings: &Settings::default(),
+        solver: SolverChoice::Hierarchy(ErrorTarget {
+            error: 0.05,
+            texels: None,
+        }),
+    };
+    solve_request(&request, &without_progress()).unwrap();
+    let trace = record.take_trace();
+    assert_eq!(sums.len(), trace.steps.len());
+    let mut compared = 0;
+    for (page, step) in sums.iter().zip(&trace.steps) {
+        for (page, gather) in [&step.links.direct, &step.links.coarse, &step.links.fine]
+            .into_iter()
+            .enumerate()
+            .map(|(k, gather)| (&page[k], gather))
+        {
+            let blocks = gather.blocks.iter();
+            let spots = blocks.flat_map(|block| (0..block.spots.len()).map(move |l| (block, l)));
+            let page = page.as_array().unwrap();
+            assert_eq!(page.len(), spots.clone().count());
+            for (own, (block, l)) in page.iter().zip(spots) {
+                let node = step.links.nodes[block.spots[l].node as usize];
+                assert_eq!(own[0].as_u64(), node.texel.map(u64::from));
+                let sum: f32 = block.links.iter().map(|stored| stored.link.weight[l]).sum();
+                let shown = own[1].as_f64().unwrap() as f32;
+                assert!((shown - sum).abs() <= PAGE_ERROR * sum, "{own} {sum}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 1000, "{compared}");
+}
+
 #[test]
 fn links_page_shows_the_light_of_the_file() {
     let Some(browser) = browser_for("links_page_shows_the_light_of_the_file") else {
@@ -117,6 +167,7 @@ fn links_page_shows_the_light_of_the_file() {
     assert_eq!(did["address"], json!([format!("step={last}"), "part=final"]));
     assert_eq!((&did["requests"], &did["outlined"]), (&json!(0), &json!(4)));
 
+    check_weights(did["sums"].as_array().unwrap());
     let stored = StoredSolution::read(&folder.path("out")).unwrap();
     let vector =
         |value: &Value, first: usize| Vec3::from_array([0, 1, 2].map(|c| value[first + c].as_f64().unwrap() as f32));

@@ -11,10 +11,9 @@
 //!   weights    w of each link and spot over 2 to the power `exponent`, as half floats: low bytes, then high bytes of the
 //!              differences from the spot before; padded to whole words
 //! ```
-//! All of it is little-endian and deflated. Texels are in the order of files.
+//! All of it is little-endian and deflated. Texels are in the order of files: each face of a step is one patch.
 
 use super::super::data::WordWriter;
-use common::mesh::Mesh;
 use half::f16;
 use miniz_oxide::deflate::compress_to_vec;
 use oracle::trace::links::{RecordedGather, TracedStep};
@@ -39,11 +38,10 @@ impl PackedStep {
     pub fn new(step: &TracedStep) -> Self {
         let mut words = WordWriter::default();
         let nodes = &step.links.nodes;
-        let numbers = number_texels(&step.mesh);
         for node in nodes {
             words.add(node.parent);
             words.add(node.face);
-            words.add(node.texel.map_or(NO_TEXEL, |texel| numbers[texel as usize]));
+            words.add(node.texel.unwrap_or(NO_TEXEL));
         }
         let inner = nodes.iter().filter(|node| node.texel.is_none());
         let corners: Vec<_> = inner.flat_map(|node| node.corners).collect();
@@ -61,15 +59,6 @@ impl PackedStep {
             deflated: compress_to_vec(&words.bytes, COMPRESSION_LEVEL),
         }
     }
-}
-
-/// Returns the place of each of the mesh's texels in the order of files.
-fn number_texels(mesh: &Mesh) -> Vec<u32> {
-    let mut numbers = vec![0; mesh.texels.len()];
-    for (number, k) in (0..).zip(mesh.texels_in_face_order()) {
-        numbers[k] = number;
-    }
-    numbers
 }
 
 /// Appends a gather and returns its sizes.

@@ -44,17 +44,23 @@ class LinkStep {
     return spots_of.has(node) ? node : null;
   }
 
+  // Returns w of link `k` to the block of a spot.
+  weight(part, number, k) {
+    const { spots, weights, scale } = this.gathers[part];
+    const { block, lane } = spots[number];
+    return scale * HALVES[weights[block.first_weight + block.spots * k + lane]];
+  }
+
   // Returns the links to a receiver, the one of most light first: node, w and its mean radiosity. A texel on which a body stands
   // receives on its open parts, each with its share of the area.
   links_to(part, receiver) {
-    const { spots_of, spots, links, weights, radiosity, scale } = this.gathers[part];
+    const { spots_of, spots, links, radiosity } = this.gathers[part];
     const sums = new Map();
     for (const number of spots_of.get(receiver)) {
-      const { block, lane, share } = spots[number];
+      const { block, share } = spots[number];
       for (let k = 0; k < block.links; k++) {
         const node = links[block.first_link + k];
-        const w = share * scale * HALVES[weights[block.first_weight + block.spots * k + lane]];
-        sums.set(node, (sums.get(node) ?? 0) + w);
+        sums.set(node, (sums.get(node) ?? 0) + share * this.weight(part, number, k));
       }
     }
     const all = [...sums].filter(([, w]) => w > 0).map(([node, w]) => ({ node, w, radiosity: radiosity.get(node) }));
