@@ -1,6 +1,6 @@
 //! The record of a solve to an error by links: the nodes of each step, and the links over which they received light.
 //!
-//! A [`LinkRecorder`] stands before the linker of each step. The solver's requests come in one order
+//! A recorder stands before the linker of each step ([`LinkRecord::recording_factory`]). The solver's requests come in one order
 //! ([`cpu::hierarchy::solver`]): an estimate at the coarse nodes; direct light, level by level; the links of the coarse nodes;
 //! the final gather, level by level, and one more for each correction.
 
