@@ -87,7 +87,8 @@ fn unpack_links(mesh: &Mesh, packed: &PackedLinks) -> TexelLinks {
     let order = TexelOrder::new(mesh);
     let count = order.texels.len();
     let bytes = decompress_to_vec(&packed.deflated).unwrap();
-    assert_eq!(bytes.len(), if packed.is_occluded { 6 } else { 2 } * count);
+    let plane_count = 1 + 2 * usize::from(packed.is_occluded) + usize::from(packed.is_wrong);
+    assert_eq!(bytes.len(), 2 * plane_count * count);
     let mut planes = bytes
         .chunks(2 * count)
         .map(|plane| undo_predictions(mesh, &order, plane));
@@ -95,10 +96,15 @@ fn unpack_links(mesh: &Mesh, packed: &PackedLinks) -> TexelLinks {
         let halves = plane.into_iter().map(f16::from_bits);
         halves.map(|half| (f64::from(half) * scale) as f32).collect()
     };
+    let form_factors = numbers(planes.next().unwrap(), f64::from(packed.exponent).exp2());
+    let mut seen = planes.by_ref().take(2 * usize::from(packed.is_occluded));
+    let shares = seen.next().map_or(vec![1.0; count], |plane| numbers(plane, 1.0));
+    let occluders = seen.next().unwrap_or(vec![0; count]);
     TexelLinks {
-        form_factors: numbers(planes.next().unwrap(), f64::from(packed.exponent).exp2()),
-        shares: planes.next().map_or(vec![1.0; count], |plane| numbers(plane, 1.0)),
-        occluders: planes.next().unwrap_or(vec![0; count]),
+        form_factors,
+        shares,
+        occluders,
+        share_errors: planes.next().map_or(vec![0.0; count], |plane| numbers(plane, 1.0)),
     }
 }
 
@@ -276,6 +282,48 @@ fn visible_share_of_covered_lamp_is_at_most_one() {
         assert!(covered > 0, "{kind:?}");
         let worst = worst_over_bound(&mesh, &trace, &run);
         assert!(worst <= 1.0, "{kind:?}: {worst}");
+    }
+}
+
+/// V less its error is the share that rays find. Of these there are some in an item buffer of few pixels, and none by rays.
+#[test]
+fn share_errors_are_those_of_the_item_buffer() {
+    let settings = sampled_settings();
+    let mesh = mesh_scene(&lit_room(), &settings);
+    let record = |visibility| {
+        let transport = settings.with_visibility(visibility).transport;
+        let mut engine = CpuSolver::new(&mesh, &transport);
+        let mut recorder = ShotRecorder::new(&mut engine, &mesh, &transport, UNLIMITED).unwrap();
+        shoot_until_converged(&mut recorder, &settings.schedule, &mut |_, _| ControlFlow::Continue(())).unwrap();
+        recorder.into_trace().links
+    };
+    let by_rays = record(Visibility::Rays);
+    assert!(by_rays.iter().all(|own| !own.is_wrong));
+    let count_errors = |visibility| {
+        let [mut errors, mut compared] = [0, 0];
+        for own in record(visibility) {
+            let Some(known) = by_rays.iter().find(|known| known.patch == own.patch) else {
+                continue;
+            };
+            let [own, known] = [&own, known].map(|links| unpack_links(&mesh, links));
+            for k in 0..own.shares.len() {
+                let off = own.shares[k] - own.share_errors[k] - known.shares[k];
+                // Three half floats of at most 1.
+                assert!(off.abs() <= 3.0 * HALF_ROUNDING, "{visibility:?}, texel {k}: {off}");
+                errors += usize::from(own.share_errors[k] != 0.0);
+                compared += 1;
+            }
+        }
+        assert!(compared > 1000, "{visibility:?}: {compared}");
+        errors
+    };
+    let fine = count_errors(item_buffer(512));
+    for coarse in [item_buffer(16), hemicube(16)] {
+        let errors = count_errors(coarse);
+        assert!(
+            errors > 2 * fine.max(10),
+            "{coarse:?}: {errors}, and {fine} of a fine one"
+        );
     }
 }
 

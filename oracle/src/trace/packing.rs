@@ -27,7 +27,9 @@ pub struct PackedLinks {
     pub exponent: i32,
     /// True if some texel does not see the whole patch; else no shares and occluders are stored.
     pub is_occluded: bool,
-    /// Deflated planes: low bytes and high bytes of the form factors, the shares and the occluders.
+    /// True if an item buffer shows some texel what rays do not, or hides it; else no share errors are stored.
+    pub is_wrong: bool,
+    /// Deflated planes: low bytes and high bytes of the form factors, the shares, the occluders and the share errors.
     pub deflated: Vec<u8>,
 }
 
@@ -42,6 +44,8 @@ pub struct TexelLinks {
     pub shares: Vec<f32>,
     /// Number of a face that hides part of the patch, from 1; 0 for none that is known.
     pub occluders: Vec<u16>,
+    /// V less the share that rays between the same points find; 0 of solves by rays, and in relights.
+    pub share_errors: Vec<f32>,
 }
 
 /// Texels in the order of files, and their places on their faces.
@@ -125,6 +129,7 @@ impl PackedLinks {
     pub fn new(patch: u32, is_captured: bool, links: &TexelLinks, order: &TexelOrder) -> Self {
         let exponent = half_exponent(links.form_factors.iter().copied().fold(0.0, f32::max));
         let is_occluded = links.shares.iter().any(|share| *share != 1.0);
+        let is_wrong = links.share_errors.iter().any(|error| *error != 0.0);
         let halves = |values: &[f32], scale: f64| -> Vec<u16> {
             let scaled = values.iter().map(|x| f16::from_f64(f64::from(*x) * scale));
             scaled.map(f16::to_bits).collect()
@@ -136,11 +141,15 @@ impl PackedLinks {
             order.append_planes(&halves(&links.shares, 1.0), &mut bytes);
             order.append_planes(&links.occluders, &mut bytes);
         }
+        if is_wrong {
+            order.append_planes(&halves(&links.share_errors, 1.0), &mut bytes);
+        }
         Self {
             patch,
             is_captured,
             exponent,
             is_occluded,
+            is_wrong,
             deflated: compress_to_vec(&bytes, COMPRESSION_LEVEL),
         }
     }

@@ -12,7 +12,7 @@ use common::rays::{LineOfSight, NO_FACE, Rays};
 use common::settings::{ItemBufferSettings, Transport};
 use common::shooting::{DepositRule, RadiosityField, Restart, Shoot, Shot, total_power};
 use common::{Error, Result};
-use cpu::shader_twins::link::{Sums, add_sample, texel_form_factor};
+use cpu::shader_twins::link::{Sums, add_sample, link_texel, texel_form_factor};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use std::cell::Cell;
@@ -46,6 +46,8 @@ pub struct ShotRecorder<'a, E: Shoot + ?Sized> {
 struct LinkReader<'a> {
     mesh: &'a Mesh,
     form_factor: FormFactor,
+    /// True if the solver looks visibility up in an item buffer.
+    has_item_buffer: bool,
     /// Largest difference by rounding of the solver's F · V from F, in ulp of F or of F without its cosines.
     roundings: f64,
     rays: Rays,
@@ -80,6 +82,7 @@ impl<'a, E: Shoot + ?Sized> ShotRecorder<'a, E> {
             links: LinkReader {
                 mesh,
                 form_factor: transport.form_factor,
+                has_item_buffer: transport.visibility.item_buffer().is_some(),
                 roundings: StageRoundings::of(mesh, transport).links_of_both + OPEN_SHARE_ROUNDINGS,
                 rays: Rays::new(mesh),
                 order: TexelOrder::new(mesh),
@@ -123,7 +126,11 @@ impl<'a, E: Shoot + ?Sized> ShotRecorder<'a, E> {
         }
         let field = self.engine.read_field()?;
         let packed = is_new.then(|| {
-            let links = self.links.read_links(shot.patch, captured, &field.irradiance);
+            let mut links = self.links.read_links(shot.patch, captured, &field.irradiance);
+            links.share_errors = match self.links.has_item_buffer && self.trace.relight.is_none() {
+                true => self.links.find_share_errors(shot.patch, &links),
+                false => vec![0.0; order.texels.len()],
+            };
             (
                 PackedLinks::new(shot.patch, captured, &links, order),
                 PackedHemisphere::new(self.links.mesh, shot.patch, &self.drawing),
@@ -168,8 +175,7 @@ impl LinkReader<'_> {
             let seen = irradiance[*k].w * open;
             let form_factor = texel_form_factor(self.mesh, self.form_factor, patch, *k as u32);
             // F is rounded, and the GPU's by other operations. What is seen beyond F is kept.
-            let size = f64::from(form_factor.max(scales[*k]));
-            let rounding = (self.roundings * f64::from(f32::EPSILON) * size) as f32;
+            let rounding = self.rounding_of(form_factor.max(scales[*k]));
             let is_whole = seen.abs() >= form_factor || (seen != 0.0 && seen.abs() >= form_factor - rounding);
             if is_whole && seen >= 0.0 {
                 return (seen, 1.0, 0);
@@ -189,7 +195,41 @@ impl LinkReader<'_> {
             form_factors: texel_links.iter().map(|link| link.0).collect(),
             shares: texel_links.iter().map(|link| link.1).collect(),
             occluders: texel_links.iter().map(|link| link.2).collect(),
+            share_errors: Vec::new(),
         }
+    }
+
+    /// Returns the rounding of a link whose F, or F without its cosines, is `size`.
+    fn rounding_of(&self, size: f32) -> f32 {
+        (self.roundings * f64::from(f32::EPSILON) * f64::from(size)) as f32
+    }
+
+    /// Returns by how much the share that each texel sees differs from that by rays between the same points; 0 for roundings.
+    fn find_share_errors(&self, patch: u32, links: &TexelLinks) -> Vec<f32> {
+        let scales = factor_scales(self.mesh, self.form_factor, patch);
+        let texels = self.order.texels.par_iter().zip(&links.form_factors).zip(&links.shares);
+        let errors = texels.map(|((k, form_factor), share)| {
+            if *form_factor == 0.0 {
+                return 0.0;
+            }
+            let texel = *k as u32;
+            let ends = [self.mesh.patches[patch as usize].face, self.mesh.texels[*k].face];
+            let last = Cell::new(NO_FACE);
+            let by_rays = link_texel(self.mesh, self.form_factor, patch, texel, |from, to| {
+                self.rays.find_sight_after(from, to, ends, false, &last)
+            });
+            let seen = if by_rays.all > 0.0 {
+                by_rays.seen / by_rays.all
+            } else {
+                0.0
+            };
+            let error = share - seen;
+            match error.abs() * form_factor > self.rounding_of(form_factor.max(scales[*k])) {
+                true => error,
+                false => 0.0,
+            }
+        });
+        errors.collect()
     }
 
     /// Returns the number, from 1, of a face between patch and texel on the way of a pair of sample points that could exchange

@@ -329,6 +329,70 @@ fn trace_page_shows_the_recorded_shots() {
     assert!((energy / emitted - 1.0).abs() < 1e-5, "{energy} {emitted}");
 }
 
+/// A script that compares the error of B with shots whose shares are those of rays.
+const ERROR_SCRIPT: &str = "
+(async () => {
+  const wait = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+  const element = document.querySelector('.trace');
+  for (let tries = 0; element.dataset.ready === undefined && tries < 100; tries++) await wait(50);
+  const { viewer } = element.querySelector('.viewer');
+  const { trace, state } = viewer;
+  element.page.go(trace.shots.length);
+  const right = new Float64Array(state.radiosity.length).map((_, c) => trace.initial_radiosity[c]);
+  trace.shots.forEach(({ patch, radiosity }, at) => {
+    for (let k = 0; k < trace.scene.texels; k++) {
+      if (trace.patch_of[k] === patch) continue;
+      const { form_factor, share, share_error } = trace.link(at + 1, k);
+      for (let c = 0; c < 3; c++) right[3 * k + c] += state.reflectance[3 * k + c] * form_factor * (share - share_error) * radiosity[c];
+    }
+  });
+  const off = Math.max(...right.map((b, c) => Math.abs(state.radiosity[c] - state.error[c] - b)));
+  const error = Math.max(...state.error.map(Math.abs));
+  const n = trace.shots.findIndex((_, at) => trace.wrong_texels(at + 1).length > 0) + 1;
+  element.page.go(n);
+  const wrong = trace.wrong_texels(n);
+  viewer.seen = wrong[0];
+  viewer.tell();
+  viewer.mark();
+  const row = [...viewer.told.children].find((line) => line.querySelector('b').textContent === 'by rays')?.textContent;
+  const lines = viewer.lines.segments.length;
+  element.querySelector('[data-what=error]').click();
+  hand_over({ off, error, most: Math.max(...state.radiosity), shots: trace.shots.length, wrong: wrong.length, row, mode: viewer.mode(), full: viewer.full, lines });
+})();
+";
+
+/// Texels that a coarse item buffer hides or shows wrongly are marked, and what comes of it is displayed.
+#[test]
+fn trace_page_shows_the_errors_of_an_item_buffer() {
+    let Some(browser) = browser_for("trace_page_shows_the_errors_of_an_item_buffer") else {
+        return;
+    };
+    let folder = TestFolder::new();
+    folder.succeed(SHOOT);
+    assert!(!folder.read_text("out/trace.html").contains("data-what=\"error\""));
+    folder.succeed(&format!("{SHOOT} --visibility hemicube --item-buffer 16"));
+    folder.write(
+        "error.html",
+        with_script(&folder.read_text("out/trace.html"), ERROR_SCRIPT),
+    );
+    let did = page_outcome(&browser, &folder.path("error.html"));
+    let number = |name: &str| did[name].as_f64().unwrap();
+    // B is a sum of f32, rounded with each shot, and so is its error.
+    let rounding = 2.0 * number("shots") * f64::from(f32::EPSILON) * number("most");
+    assert!(number("off") <= rounding && number("error") > 100.0 * rounding, "{did}");
+    assert_eq!(did["full"], did["error"]);
+    assert!(
+        number("wrong") >= 1.0 && number("lines") >= 4.0 * number("wrong"),
+        "{did}"
+    );
+    let row = did["row"].as_str().unwrap_or_default();
+    assert!(
+        row.contains("the item buffer shows what is hidden") || row.contains("the item buffer hides what is seen"),
+        "{did}"
+    );
+    assert_eq!(did["mode"], 2);
+}
+
 const RELIGHT_COMMAND: &str = "relight --room scenes/paper_room.obj --object scenes/paper_objects.obj --place 0,-0.01,0 --solver cpu --texels 4 --patches 1 --samples 4 --max-shots 300";
 
 /// A script that goes to the last shot of a relight, and to one that takes captured light from a texel of the room.

@@ -4,7 +4,7 @@
 //! initial B, initial r   3 floats per texel each
 //! patch of each texel    u32
 //! patches                face u32; area (scene units²), open share, centre (3), corners (12) as floats
-//! shooters               patch, exponent, bits (1: occluded; 2: of captured light), bytes of links and hemisphere: 5 u32; frame
+//! shooters               patch, exponent, bits (1: occluded; 2: of captured light; 4: with share errors), bytes of links and hemisphere: 5 u32; frame
 //!                        of the hemisphere: point, x, y, z as 12 floats
 //! shots                  shooter u32; B_i (3), unshot power, absorbed, unshot, escaped, closure as floats (0 in a
 //!                        relight)
@@ -67,7 +67,8 @@ pub fn pack_arrays(trace: &ShotTrace, mesh: &Mesh, shown: ShownPart) -> Vec<u8> 
     for (links, hemisphere) in trace.links[..shown.links].iter().zip(&trace.hemispheres) {
         words.add(links.patch);
         words.add(links.exponent.cast_unsigned());
-        words.add(u32::from(links.is_occluded) + 2 * u32::from(links.is_captured));
+        let bits = [links.is_occluded, links.is_captured, links.is_wrong].map(u32::from);
+        words.add(bits[0] + 2 * bits[1] + 4 * bits[2]);
         words.add(links.deflated.len() as u32);
         words.add(hemisphere.deflated.len() as u32);
         let frame = hemisphere.frame;

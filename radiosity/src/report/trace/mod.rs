@@ -55,16 +55,17 @@ const PAGE_SCRIPTS: [&str; 5] = [
 ];
 const STYLE: &str = include_str!("trace.css");
 
-/// Displayed quantities: name in the script, text of the button.
-const QUANTITIES: [(&str, &str); 6] = [
+/// Displayed quantities: name in the script, text of the button; the last of item buffers alone.
+const QUANTITIES: [(&str, &str); 7] = [
     ("radiosity", "radiosity B"),
     ("residual", "residual r"),
     ("change", "ΔB of this shot"),
     ("visibility", "visibility V"),
     ("form_factor", "form factor F"),
     ("before", "r before"),
+    ("error", "B − B by rays"),
 ];
-const HELP: &str = "Keys: ← → step, Home End, space plays, n next line. In the picture: drag to orbit, drag with Shift or the right button to pan, wheel or pinch to zoom; point at a texel or tap it; ↑ ↓, + −, [ ] exposure, 1 to 6, g texels, f false colours, r.";
+const HELP: &str = "Keys: ← → step, Home End, space plays, n next line. In the picture: drag to orbit, drag with Shift or the right button to pan, wheel or pinch to zoom; point at a texel or tap it; ↑ ↓, + −, [ ] exposure, 1 to 7, g texels, f false colours, r.";
 
 /// A page, and how many shots it has.
 pub struct TracePage {
@@ -85,7 +86,7 @@ impl TracePage {
         let renderer = PageRenderer {
             solution,
             trace,
-            viewer: render_viewer(solution, preview),
+            viewer: render_viewer(solution, preview, is_compared_with_rays(solution, trace)),
         };
         let frame = renderer.render_part(ShownPart::default()).len();
         let room = MAX_PAGE_BYTES.saturating_sub(frame) / 4 * 3;
@@ -161,8 +162,13 @@ pub fn describe_end(run: &SolveRun, schedule: &Schedule) -> String {
     }
 }
 
-/// Renders the viewer without light: the page computes it.
-fn render_viewer(solution: &Solution, preview: &RenderedPreview) -> Markup {
+/// Returns whether a record has the errors of visible shares against rays.
+fn is_compared_with_rays(solution: &Solution, trace: &ShotTrace) -> bool {
+    trace.relight.is_none() && solution.settings.transport.visibility.item_buffer().is_some()
+}
+
+/// Renders the viewer without light: the page computes it. `is_compared` with rays.
+fn render_viewer(solution: &Solution, preview: &RenderedPreview, is_compared: bool) -> Markup {
     let (scene, mesh) = (solution.scene, solution.mesh);
     let surface = InterpolationSurface::new(scene, mesh);
     let viewer = SceneViewer {
@@ -179,7 +185,7 @@ fn render_viewer(solution: &Solution, preview: &RenderedPreview) -> Markup {
         camera: preview.camera,
         exposure: preview.exposure,
     };
-    viewer.render_quantities(&QUANTITIES, HELP)
+    viewer.render_quantities(&QUANTITIES[..QUANTITIES.len() - usize::from(!is_compared)], HELP)
 }
 
 struct PageRenderer<'a> {
@@ -297,6 +303,7 @@ impl PageRenderer<'_> {
             "hemisphere": { "size": drawing.size, "projection": drawing.projection.name() },
             "form_factor": settings.transport.form_factor,
             "samples": settings.meshing.samples,
+            "item_buffer": is_compared_with_rays(self.solution, trace),
             "emitted": trace.initial_energy.map(|energy| energy.emitted.iter().sum::<f64>()),
             "initial": energy_parts(trace.initial_energy.as_ref()),
             "unshot": unshot * mesh.area_unit(),

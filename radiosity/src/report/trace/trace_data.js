@@ -6,8 +6,8 @@
 const KEPT_STATE_BYTES = 48e6;
 // Most states that are kept.
 const MAX_KEPT_STATES = 40;
-// Components of a texel's two vectors B and r.
-const STATE_BYTES_PER_TEXEL = 24;
+// Components of a texel's vectors B and r, and of the error of B.
+const STATE_BYTES_PER_TEXEL = 36;
 
 // Reads the numbers of plane `plane` of a shooter's links: differences from predictions by the texels before, as
 // oracle/src/trace/packing.rs writes them.
@@ -73,7 +73,9 @@ class Trace {
     for (const [, exponent, bits, link_bytes, hemisphere_bytes, frame] of rows) {
       const planes = await take(link_bytes);
       const plane = (k) => (k === 0 || bits & 1 ? read_plane(planes, k, this.scene) : null);
-      this.links.push({ scale: 2 ** (exponent | 0), form_factors: plane(0), shares: plane(1), occluders: plane(2) });
+      // Planes of shares and occluders are left out where all texels see the whole shooter.
+      const share_errors = bits & 4 ? read_plane(planes, bits & 1 ? 3 : 1, this.scene) : null;
+      this.links.push({ scale: 2 ** (exponent | 0), form_factors: plane(0), shares: plane(1), occluders: plane(2), share_errors });
       const faces = await take(hemisphere_bytes);
       const pixels = faces.length / 2;
       this.hemispheres.push({
@@ -88,7 +90,7 @@ class Trace {
     return this.shots[n - 1];
   }
 
-  // Returns form factor, visible share and occluding face of texel `k` in shot `n`, and the shooter's open share.
+  // Returns form factor, visible share, its error and the occluding face of texel `k` in shot `n`, and the shooter's open share.
   link(n, k) {
     const { shooter, patch, is_captured } = this.shot(n);
     const links = this.links[shooter];
@@ -98,7 +100,14 @@ class Trace {
       share: links.shares ? HALVES[links.shares[k]] : 1,
       open: is_captured ? 1 : this.patches[patch].open,
       occluder: occluder > 0 ? occluder - 1 : null,
+      share_error: links.share_errors ? HALVES[links.share_errors[k]] : 0,
     };
+  }
+
+  // Returns the texels that the item buffer shows the shooter of shot `n`, or hides it from, and rays do not.
+  wrong_texels(n) {
+    const { share_errors } = n > 0 ? this.links[this.shot(n).shooter] : {};
+    return share_errors ? Array.from(share_errors.keys()).filter((k) => HALVES[share_errors[k]] !== 0) : [];
   }
 
   // Returns whether texel `k` is one of the room into which objects are put.
@@ -131,14 +140,17 @@ class ShotState {
     const most = Math.floor(KEPT_STATE_BYTES / (STATE_BYTES_PER_TEXEL * trace.scene.texels));
     this.stride = Math.max(1, Math.ceil(trace.shots.length / Math.min(Math.max(most, 2), MAX_KEPT_STATES)));
     this.kept = new Map();
-    this.load({ done: 0, radiosity: trace.initial_radiosity, residual: trace.initial_residual });
+    const right = new Float32Array(3 * trace.scene.texels);
+    this.load({ done: 0, radiosity: trace.initial_radiosity, residual: trace.initial_residual, error: right });
     this.keep();
   }
 
-  load({ done, radiosity, residual }) {
+  load({ done, radiosity, residual, error }) {
     this.done = done;
     this.radiosity = radiosity.slice();
     this.residual = residual.slice();
+    // Part of B that rays would not have given.
+    this.error = error.slice();
     // Texels of the latest shooter, and the state before its shot.
     this.cleared = new Set();
     this.before = { radiosity: radiosity.slice(), residual: residual.slice() };
@@ -146,8 +158,8 @@ class ShotState {
 
   keep() {
     if (this.done % this.stride === 0 && !this.kept.has(this.done)) {
-      const { done, radiosity, residual } = this;
-      this.kept.set(done, { done, radiosity: radiosity.slice(), residual: residual.slice() });
+      const { done, radiosity, residual, error } = this;
+      this.kept.set(done, { done, radiosity: radiosity.slice(), residual: residual.slice(), error: error.slice() });
     }
   }
 
@@ -167,9 +179,9 @@ class ShotState {
   // Makes the next shot (Table 1, lines 4 to 15).
   shoot() {
     this.done++;
-    const { trace, reflectance, radiosity, residual } = this;
+    const { trace, reflectance, radiosity, residual, error } = this;
     const { shooter, patch, is_captured, radiosity: shot } = trace.shot(this.done);
-    const { scale, form_factors, shares } = trace.links[shooter];
+    const { scale, form_factors, shares, share_errors } = trace.links[shooter];
     // A patch without an open part has links of 0.
     const open = is_captured ? 1 : trace.patches[patch].open || 1;
     this.cleared.clear();
@@ -190,6 +202,9 @@ class ShotState {
         radiosity[c] += change;
         if (trace.shoots_again(k)) residual[c] += change;
       }
+      if (!share_errors || share_errors[k] === 0) continue;
+      const wrong = (scale * HALVES[form_factors[k]] * HALVES[share_errors[k]]) / open;
+      for (let c = 3 * k, channel = 0; channel < 3; c++, channel++) error[c] += reflectance[c] * wrong * shot[channel];
     }
   }
 

@@ -94,6 +94,11 @@ class HemispherePanel {
       pen.fillStyle = face_colour(face, face === lit);
       pen.fillRect(HEMISPHERE_SCALE * x, HEMISPHERE_SCALE * y, HEMISPHERE_SCALE, HEMISPHERE_SCALE);
     }
+    // Pixels of texels for which rays find another visible share.
+    const wrong = this.trace.wrong_texels(viewer.state.done).map((k) => this.pixel_of(k)).filter((pixel) => pixel);
+    pen.strokeStyle = "#ff404d";
+    pen.lineWidth = 2;
+    for (const [x, y] of wrong) pen.strokeRect(HEMISPHERE_SCALE * x, HEMISPHERE_SCALE * y, HEMISPHERE_SCALE, HEMISPHERE_SCALE);
     if (viewer.seen !== null && !this.pixel) this.marked = this.pixel_of(viewer.seen);
     const mark = this.pixel ?? this.marked;
     if (mark) {

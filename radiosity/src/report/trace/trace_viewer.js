@@ -5,6 +5,8 @@ const SHOOTER_COLOUR = [1, 0.55, 0.1, 1];
 const SEEN_COLOUR = [0.35, 0.85, 1, 1];
 const FACE_COLOUR = [1, 1, 0.35, 1];
 const HIDDEN_COLOUR = [1, 0.25, 0.3, 1];
+// Texels that are outlined at most because an item buffer errs there.
+const MAX_WRONG_OUTLINES = 400;
 
 class TraceViewer extends OutlineViewer {
   // Shows the state of a solve; `changed` is called when another quantity is displayed.
@@ -29,11 +31,11 @@ class TraceViewer extends OutlineViewer {
   }
 
   quantities() {
-    return ["radiosity", "residual", "change", "visibility", "form_factor", "before"];
+    return ["radiosity", "residual", "change", "visibility", "form_factor", "before", "error"];
   }
 
   select(what) {
-    if (!this.state) return;
+    if (!this.state || (what === "error" && !this.trace.item_buffer)) return;
     this.what = what;
     this.show();
     this.changed();
@@ -48,7 +50,7 @@ class TraceViewer extends OutlineViewer {
   // Writes the displayed quantity of each texel.
   write_shown() {
     const { state, shown, trace, what } = this;
-    if (what === "radiosity" || what === "residual") return shown.set(state[what]);
+    if (["radiosity", "residual", "error"].includes(what)) return shown.set(state[what]);
     const none = state.done === 0;
     const value = {
       change: (k) => state.change(k),
@@ -76,17 +78,26 @@ class TraceViewer extends OutlineViewer {
   // Ends of the scales are the same at all shots.
   range() {
     if (this.what === "visibility") return 1;
+    if (this.what === "error") return this.full_error ??= this.largest_error() || 1;
     if (this.what === "change" && this.trace.relight) return this.full_change ??= this.state.typical_change() || 1;
     return this.what === "form_factor" ? this.trace.largest_form_factor || 1 : this.scene.white;
   }
 
   mode() {
+    if (this.what === "error") return 2;
     // A relight has changes of either sign.
     if (this.trace.relight && ["visibility", "change", "residual", "before"].includes(this.what)) return 2;
     if (this.what === "visibility") return 1;
     if (this.what === "change" || this.what === "form_factor") return 4;
     if (!this.false_colours) return 0;
     return this.what === "radiosity" ? 1 : 4;
+  }
+
+  // Returns the largest error of B after the last shot.
+  largest_error() {
+    const last = new ShotState(this.trace, this.state.reflectance);
+    last.move_to(this.trace.shots.length);
+    return last.error.reduce((most, error) => Math.max(most, Math.abs(error)), 0);
   }
 
   quantity_unit() {
@@ -127,6 +138,9 @@ class TraceViewer extends OutlineViewer {
         lines.push([this.texel_outline(seen).centre, shooter.centre, colour]);
       }
     }
+    // Where the errors themselves are displayed, outlines would hide them.
+    const wrong = this.what === "error" ? [] : trace.wrong_texels(state.done);
+    for (const k of wrong.slice(0, MAX_WRONG_OUTLINES)) lines.push(...outline(this.texel_outline(k).corners, HIDDEN_COLOUR));
     if (seen !== null) lines.push(...outline(this.texel_outline(seen).corners, SEEN_COLOUR));
     if (this.outlined != null) lines.push(...outline(this.face_corners(this.outlined), FACE_COLOUR));
     this.lines.set(this.gl, lines.filter(([from, to]) => length(sub(from, to)) > 0));
@@ -198,7 +212,9 @@ class TraceViewer extends OutlineViewer {
     }
     rows.push(["F", `${number(form_factor)}${this.explain_form_factor(form_factor, { r, shooter_cosine, texel_cosine, ...areas })}`]);
     const is_change = shot.is_captured && trace.is_of_room(k);
+    const { share_error } = trace.link(state.done, k);
     rows.push([is_change ? "V − V₀" : "V", `${number(share)}: ${is_change ? this.explain_change(share, occluder) : this.explain_share(share, open, occluder)}`]);
+    if (share_error !== 0) rows.push(["by rays", `V = ${number(share - share_error)}: the item buffer ${share_error > 0 ? "shows what is hidden" : "hides what is seen"}`]);
     if (open < 1) rows.push(["o", `${number(open)}: the open share of the shooter, from which all its light leaves; a body covers the rest`]);
     const vector = (v) => `(${three(v)})`;
     const rho = Array.from(state.reflectance.subarray(3 * k, 3 * k + 3));
