@@ -98,7 +98,10 @@ fn compare_once(arguments: &CompareArguments) -> Result<Outcome> {
     };
     let unused_file = || {
         let file = gpu.unused_shader_file()?;
-        let text = format!("was not run: these options do not use the stage {}", file.stage);
+        let text = format!(
+            "was not run: these options do not use the stage {}; with `compare --all` in place of a scene every stage runs",
+            file.stage
+        );
         Some(Error::bad_input(&file.path, "", text))
     };
     let mut comparisons = Vec::new();

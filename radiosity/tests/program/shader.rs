@@ -363,7 +363,10 @@ fn files_that_cannot_be_used_are_refused() {
         ("--shaders none", "none: has no .wgsl file"),
         ("--shaders nowhere", "nowhere: cannot be read"),
         ("--shaders stray", "no shader stage is called \"stray\""),
-        ("--shader item_buffer_paper=paper.wgsl", "paper.wgsl: was not run"),
+        (
+            "--shader item_buffer_paper=paper.wgsl",
+            "with `compare --all` in place of a scene every stage runs",
+        ),
     ];
     let paper = SHADER_STAGES
         .iter()
