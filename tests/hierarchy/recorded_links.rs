@@ -9,7 +9,7 @@ use oracle::solve::solver::{ErrorTarget, SolverChoice};
 use oracle::solve::task::SolveTask;
 use oracle::solve::{SolveAnswer, SolveRequest, solve_request};
 use oracle::trace::links::{LinkRecord, LinkTrace, RecordedGather, TracedStep};
-use oracle::trace::task::LinkedScene;
+use oracle::trace::task::{SolveRecord, TracedScene};
 use radiosity_tests::engines::shared_gpu;
 use radiosity_tests::{bundled_scene, lit_room};
 use std::collections::{HashMap, HashSet};
@@ -32,9 +32,9 @@ fn solve(task: &dyn SolveTask, solver: SolverChoice) -> SolveAnswer {
 /// Solves a scene with its links recorded.
 fn record_solve(scene: &Scene, solver: SolverChoice, max_links: usize) -> (SolveAnswer, LinkTrace) {
     let record = LinkRecord::new(max_links);
-    let linked = LinkedScene {
+    let linked = TracedScene {
         scene,
-        record: Rc::clone(&record),
+        record: SolveRecord::Links(Rc::clone(&record)),
     };
     (solve(&linked, solver), record.take_trace())
 }

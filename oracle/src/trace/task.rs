@@ -49,12 +49,55 @@ impl TraceSlot {
     }
 }
 
-/// A scene whose shots are recorded.
+/// What is recorded of a solve.
+pub enum SolveRecord<'a> {
+    /// Single shots.
+    Shots(&'a TraceSlot),
+    /// The links of a solve to an error that does not trace light by rays.
+    Links(Rc<LinkRecord>),
+}
+
+/// A scene whose solve is recorded.
 pub struct TracedScene<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// Receives the record.
-    pub slot: &'a TraceSlot,
+    pub record: SolveRecord<'a>,
+}
+
+impl TracedScene<'_> {
+    fn record_shots(
+        &self,
+        slot: &TraceSlot,
+        settings: &Settings,
+        solver: SolverChoice,
+        progress: &ProgressMonitor,
+    ) -> Result<Solved> {
+        solve_by_shooting(self.scene, settings, solver, progress, |engine, mesh, watch| {
+            let mut recorder = ShotRecorder::new(engine, mesh, &settings.transport, slot.limits)?;
+            let run = solve_by_shots(&mut recorder, &settings.schedule, watch)?;
+            slot.put_trace(recorder.into_trace());
+            Ok(run)
+        })
+    }
+
+    fn record_links(
+        &self,
+        record: &Rc<LinkRecord>,
+        settings: &Settings,
+        solver: SolverChoice,
+        progress: &ProgressMonitor,
+    ) -> Result<Solved> {
+        let Some(target) = solver.error_target() else {
+            return Err(Error::Usage(format!("{} has no links to record", solver.name())));
+        };
+        let on_gpu = solver.gpu().map(|gpu| LinkerOnGpu::factory_on(gpu, &[]));
+        let linkers = on_gpu.as_ref().map(|factory| factory as LinkerFactory);
+        let recording = record.recording_factory(linkers);
+        let method = LinkMethod::Custom(&recording);
+        let observer = |step: &_, goal| record.end_step(step, goal);
+        solve_with_observer(self.scene, settings, target, (method, &observer), progress)
+    }
 }
 
 impl SolveTask for TracedScene<'_> {
@@ -63,50 +106,10 @@ impl SolveTask for TracedScene<'_> {
     }
 
     fn solve_once(&self, settings: &Settings, solver: SolverChoice, progress: &ProgressMonitor) -> Result<Solved> {
-        solve_by_shooting(self.scene, settings, solver, progress, |engine, mesh, watch| {
-            let mut recorder = ShotRecorder::new(engine, mesh, &settings.transport, self.slot.limits)?;
-            let run = solve_by_shots(&mut recorder, &settings.schedule, watch)?;
-            self.slot.put_trace(recorder.into_trace());
-            Ok(run)
-        })
-    }
-
-    fn estimate_error(&self, solved: &Solved) -> Result<Option<ErrorEstimate>> {
-        self.scene.estimate_error(solved)
-    }
-
-    fn collect_warnings(&self, solved: &Solved, estimate: Option<&ErrorEstimate>) -> Vec<Warning> {
-        self.scene.collect_warnings(solved, estimate)
-    }
-
-    fn explain_darkness(&self, solved: &Solved) -> Option<String> {
-        self.scene.explain_darkness(solved)
-    }
-}
-
-/// A scene whose links are recorded: a solve to an error that does not trace light by rays.
-pub struct LinkedScene<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// Receives the record.
-    pub record: Rc<LinkRecord>,
-}
-
-impl SolveTask for LinkedScene<'_> {
-    fn scene(&self) -> &Scene {
-        self.scene
-    }
-
-    fn solve_once(&self, settings: &Settings, solver: SolverChoice, progress: &ProgressMonitor) -> Result<Solved> {
-        let Some(target) = solver.error_target() else {
-            return Err(Error::Usage(format!("{} has no links to record", solver.name())));
-        };
-        let on_gpu = solver.gpu().map(|gpu| LinkerOnGpu::factory_on(gpu, &[]));
-        let linkers = on_gpu.as_ref().map(|factory| factory as LinkerFactory);
-        let recording = self.record.recording_factory(linkers);
-        let method = LinkMethod::Custom(&recording);
-        let observer = |step: &_, goal| self.record.end_step(step, goal);
-        solve_with_observer(self.scene, settings, target, (method, &observer), progress)
+        match &self.record {
+            SolveRecord::Shots(slot) => self.record_shots(slot, settings, solver, progress),
+            SolveRecord::Links(record) => self.record_links(record, settings, solver, progress),
+        }
     }
 
     fn estimate_error(&self, solved: &Solved) -> Result<Option<ErrorEstimate>> {

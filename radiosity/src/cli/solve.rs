@@ -24,6 +24,7 @@ use gpu::Gpu;
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solved::DenseReport;
 use oracle::solve::solver::{ErrorTarget, SolverChoice, SolverKind};
+use oracle::solve::task::SolveTask;
 use oracle::solve::{SolveAnswer, SolveRequest, dense, solve_request};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -203,7 +204,7 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     let own = own.chain(traced.iter().map(|_| TRACE_FILE.into()));
     prepare_outputs(own.map(|name| (out.as_path(), name)).chain(baked))?;
     let question = SolveRequest {
-        task: traced.as_deref().unwrap_or(&scene),
+        task: traced.as_ref().map_or(&scene, |traced| traced as &dyn SolveTask),
         settings: &settings,
         solver,
     };

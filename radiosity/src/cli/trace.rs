@@ -12,9 +12,8 @@ use common::{Error, Result};
 use cpu::hierarchy::linker::LinkMethod;
 use oracle::solve::adaptive::follows_rays;
 use oracle::solve::solver::SolverChoice;
-use oracle::solve::task::SolveTask;
 use oracle::trace::links::LinkRecord;
-use oracle::trace::task::{LinkedScene, TraceSlot, TracedScene};
+use oracle::trace::task::{SolveRecord, TraceSlot, TracedScene};
 use std::rc::Rc;
 
 /// Page of a traced solve.
@@ -49,13 +48,16 @@ impl Recorder {
         scene: &'a Scene,
         settings: &Settings,
         solver: SolverChoice,
-    ) -> Result<Option<Box<dyn SolveTask + 'a>>> {
+    ) -> Result<Option<TracedScene<'a>>> {
         let SceneCounts { faces, texels, .. } = SceneCounts::new(scene, &settings.meshing);
         Ok(match self {
             Self::Nothing => None,
             Self::Shots(slot) => {
                 check_trace_limits(&scene.name, faces, texels)?;
-                Some(Box::new(TracedScene { scene, slot }))
+                Some(TracedScene {
+                    scene,
+                    record: SolveRecord::Shots(slot),
+                })
             }
             Self::Links(record) => {
                 let target = solver.error_target().filter(|_| solver.gpu().is_none());
@@ -65,8 +67,10 @@ impl Recorder {
                         scene.name
                     )));
                 }
-                let record = Rc::clone(record);
-                Some(Box::new(LinkedScene { scene, record }))
+                Some(TracedScene {
+                    scene,
+                    record: SolveRecord::Links(Rc::clone(record)),
+                })
             }
         })
     }

@@ -9,7 +9,7 @@ use oracle::solve::progress::without_progress;
 use oracle::solve::solver::{ErrorTarget, SolverChoice};
 use oracle::solve::{SolveRequest, solve_request};
 use oracle::trace::links::LinkRecord;
-use oracle::trace::task::LinkedScene;
+use oracle::trace::task::{SolveRecord, TracedScene};
 use radiosity::report::trace::MAX_PAGE_BYTES;
 use radiosity::report::trace::links::{LinkPage, METHOD};
 use radiosity_tests::bundled_scene;
@@ -105,9 +105,9 @@ fn check_weights(sums: &[Value]) {
     let scene = bundled_scene("cornell_box.obj");
     let record = LinkRecord::new(usize::MAX);
     let request = SolveRequest {
-        task: &LinkedScene {
+        task: &TracedScene {
             scene: &scene,
-            record: Rc::clone(&record),
+            record: SolveRecord::Links(Rc::clone(&record)),
         },
         settings: &Settings::default(),
         solver: SolverChoice::Hierarchy(ErrorTarget {
