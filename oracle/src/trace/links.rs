@@ -17,6 +17,9 @@ use std::cell::RefCell;
 use std::collections::HashSet;
 use std::rc::Rc;
 
+/// Links expected of each block at least: a request of more blocks than the record could hold so is not recorded, before its links
+/// take memory.
+const LEAST_LINKS_PER_BLOCK: usize = 32;
 /// Number of the gather that holds direct light: the first is the estimate.
 const DIRECT_GATHER: usize = 2;
 /// Number of the first final gather.
@@ -131,6 +134,8 @@ struct OpenStep {
     gathers: usize,
     /// Nodes of the last request.
     receivers: HashSet<u32>,
+    /// True if the step has more links than are recorded.
+    is_too_large: bool,
 }
 
 /// Receives the record of a solve.
@@ -175,12 +180,17 @@ impl LinkRecord {
 
     /// Ends the step that was solved to `goal`.
     pub fn end_step(&self, step: &SolveStep, goal: f64) {
-        let OpenStep { mut links, gathers, .. } = self.open.take();
+        let OpenStep {
+            mut links,
+            gathers,
+            is_too_large,
+            ..
+        } = self.open.take();
         let mut trace = self.trace.borrow_mut();
         trace.step_count += 1;
         let before: usize = trace.steps.iter().map(|step| step.links.link_count()).sum();
         let goes_on = trace.steps.len() + 1 == trace.step_count;
-        if !goes_on || before + links.link_count() > self.max_links {
+        if !goes_on || is_too_large || before + links.link_count() > self.max_links {
             return;
         }
         for gather in [&mut links.direct, &mut links.fine] {
@@ -193,6 +203,13 @@ impl LinkRecord {
             irradiance: step.outcome.irradiance.clone(),
             links,
         });
+    }
+
+    /// Returns whether the links of `request` may be recorded with those of the step so far; if not, none of the step are.
+    fn has_room_for(&self, open: &mut OpenStep, request: &LinkRequest) -> bool {
+        let least = LEAST_LINKS_PER_BLOCK.saturating_mul(request.receivers.blocks.len());
+        open.is_too_large |= open.links.link_count().saturating_add(least) > self.max_links;
+        !open.is_too_large
     }
 
     /// Takes the record of the solve.
@@ -253,7 +270,7 @@ impl Linker for LinkRecorder<'_> {
     fn gather_irradiance(&self, request: &LinkRequest, watch: ProgressCallback) -> Result<Vec<BlockIrradiance>> {
         let lit = self.linker.gather_irradiance(request, watch)?;
         let mut open = self.record.open.borrow_mut();
-        let has_room = open.links.link_count() <= self.record.max_links;
+        let has_room = self.record.has_room_for(&mut open, request);
         if let Some(gather) = open.begin_request(request).filter(|_| has_room) {
             let links = self.linker.create_links(request, watch)?;
             gather.add_blocks(request, links, |block, l| {
@@ -265,8 +282,10 @@ impl Linker for LinkRecorder<'_> {
 
     fn create_links(&self, request: &LinkRequest, watch: ProgressCallback) -> Result<Vec<Vec<StoredLink>>> {
         let links = self.linker.create_links(request, watch)?;
-        let coarse = &mut self.record.open.borrow_mut().links.coarse;
-        coarse.add_blocks(request, links.clone(), |_, _| Vec3::ZERO);
+        let mut open = self.record.open.borrow_mut();
+        if self.record.has_room_for(&mut open, request) {
+            open.links.coarse.add_blocks(request, links.clone(), |_, _| Vec3::ZERO);
+        }
         Ok(links)
     }
 }
