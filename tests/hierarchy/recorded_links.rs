@@ -15,12 +15,12 @@ use radiosity_tests::{bundled_scene, lit_room};
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
-const TARGET: ErrorTarget = ErrorTarget {
+const ERROR_TARGET: ErrorTarget = ErrorTarget {
     error: 0.02,
     texels: None,
 };
 
-fn solve(task: &dyn SolveTask, solver: SolverChoice) -> SolveAnswer {
+fn run_solver(task: &dyn SolveTask, solver: SolverChoice) -> SolveAnswer {
     let request = SolveRequest {
         task,
         settings: &Settings::default(),
@@ -36,7 +36,7 @@ fn record_solve(scene: &Scene, solver: SolverChoice, max_links: usize) -> (Solve
         scene,
         record: SolveRecord::Links(Rc::clone(&record)),
     };
-    (solve(&linked, solver), record.take_trace())
+    (run_solver(&linked, solver), record.take_trace())
 }
 
 /// Returns H of each node that received light in a gather, from its links: w (B̄ + g·o), weighted by the shares of its spots.
@@ -115,15 +115,15 @@ fn check_step(scene: &Scene, step: &TracedStep) -> usize {
 #[test]
 fn recorded_solve_has_the_bits_of_another() {
     for scene in [lit_room(), bundled_scene("cornell_box.obj")] {
-        let plain = solve(&scene, SolverChoice::Hierarchy(TARGET));
-        let (recorded, trace) = record_solve(&scene, SolverChoice::Hierarchy(TARGET), usize::MAX);
+        let plain = run_solver(&scene, SolverChoice::Hierarchy(ERROR_TARGET));
+        let (recorded, trace) = record_solve(&scene, SolverChoice::Hierarchy(ERROR_TARGET), usize::MAX);
         assert_eq!(plain.solved.run.field.radiosity, recorded.solved.run.field.radiosity);
         assert!(
             trace.steps.len() >= 2 && trace.steps.len() == trace.step_count,
             "{}",
             trace.step_count
         );
-        assert_eq!(trace.steps[0].goal, TARGET.error);
+        assert_eq!(trace.steps[0].goal, ERROR_TARGET.error);
         let last = trace.steps.last().unwrap();
         assert_eq!(last.mesh.texels.len(), recorded.solved.mesh.texels.len());
         for (h, known) in last.irradiance.iter().zip(&recorded.solved.run.field.irradiance) {
@@ -135,7 +135,7 @@ fn recorded_solve_has_the_bits_of_another() {
 #[test]
 fn links_give_the_light_of_their_receivers() {
     for scene in [lit_room(), bundled_scene("cornell_box.obj")] {
-        let (_, trace) = record_solve(&scene, SolverChoice::Hierarchy(TARGET), usize::MAX);
+        let (_, trace) = record_solve(&scene, SolverChoice::Hierarchy(ERROR_TARGET), usize::MAX);
         let texels: usize = trace.steps.iter().map(|step| check_step(&scene, step)).sum();
         assert!(texels > 100, "{}: {texels}", scene.name);
     }
@@ -146,7 +146,7 @@ fn links_give_the_light_of_their_receivers() {
 fn direct_light_is_not_the_estimate() {
     let (_, trace) = record_solve(
         &bundled_scene("cornell_box.obj"),
-        SolverChoice::Hierarchy(TARGET),
+        SolverChoice::Hierarchy(ERROR_TARGET),
         usize::MAX,
     );
     let receivers = |gather: &RecordedGather| {
@@ -160,7 +160,7 @@ fn direct_light_is_not_the_estimate() {
 #[test]
 fn links_of_a_gpu_are_recorded() {
     let scene = lit_room();
-    let solver = SolverChoice::GpuHierarchy(shared_gpu(), TARGET);
+    let solver = SolverChoice::GpuHierarchy(shared_gpu(), ERROR_TARGET);
     let (_, trace) = record_solve(&scene, solver, usize::MAX);
     assert!(trace.steps.len() >= 2);
     assert!(check_step(&scene, &trace.steps[0]) > 20);
@@ -169,11 +169,11 @@ fn links_of_a_gpu_are_recorded() {
 #[test]
 fn record_ends_before_the_step_that_exceeds_its_limit() {
     let scene = lit_room();
-    let (_, whole) = record_solve(&scene, SolverChoice::Hierarchy(TARGET), usize::MAX);
+    let (_, whole) = record_solve(&scene, SolverChoice::Hierarchy(ERROR_TARGET), usize::MAX);
     let first = whole.steps[0].links.link_count();
     // Blocks of nodes that were divided count as well until a step ends.
-    let (_, part) = record_solve(&scene, SolverChoice::Hierarchy(TARGET), 2 * first);
+    let (_, part) = record_solve(&scene, SolverChoice::Hierarchy(ERROR_TARGET), 2 * first);
     assert!(part.steps.len() < whole.steps.len() && part.step_count == whole.step_count);
-    let (_, none) = record_solve(&scene, SolverChoice::Hierarchy(TARGET), 10);
+    let (_, none) = record_solve(&scene, SolverChoice::Hierarchy(ERROR_TARGET), 10);
     assert_eq!((none.steps.len(), none.step_count), (0, whole.step_count));
 }

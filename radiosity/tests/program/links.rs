@@ -11,7 +11,7 @@ use oracle::solve::{SolveRequest, solve_request};
 use oracle::trace::links::LinkRecord;
 use oracle::trace::task::{SolveRecord, TracedScene};
 use radiosity::report::trace::MAX_PAGE_BYTES;
-use radiosity::report::trace::links::{LinkPage, METHOD};
+use radiosity::report::trace::links::{LinkPage, METHOD_STEPS};
 use radiosity_tests::bundled_scene;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -19,17 +19,17 @@ use std::path::Path;
 use std::rc::Rc;
 
 /// A script that moves through the steps and points at texels.
-const POINT: &str = include_str!("links.js");
-const SOLVE: &str = "solve scenes/cornell_box.obj --solver cpu --error 5% --trace";
+const POINT_SCRIPT: &str = include_str!("links.js");
+const SOLVE_COMMAND: &str = "solve scenes/cornell_box.obj --solver cpu --error 5% --trace";
 /// Relative error of the numbers on a page: five digits, of weights that are half floats.
 const PAGE_ERROR: f32 = 1.0 / 2048.0 + 1e-4;
 
 #[test]
 fn links_are_written_beside_the_other_files_and_change_none() {
     let folder = TestFolder::new();
-    let end = folder.succeed(&format!("{SOLVE} --out traced"));
+    let end = folder.succeed(&format!("{SOLVE_COMMAND} --out traced"));
     assert!(end.stderr.contains("wrote trace.html"), "{end}");
-    folder.succeed(&SOLVE.replace("--trace", "--out plain"));
+    folder.succeed(&SOLVE_COMMAND.replace("--trace", "--out plain"));
     assert!(!folder.has("plain/trace.html"));
     for file in ["lightmap.exr", "error.exr", "view.html"] {
         assert_eq!(
@@ -45,7 +45,7 @@ fn links_are_written_beside_the_other_files_and_change_none() {
         page.len()
     );
     assert!(!page.contains("src=") && !page.contains("https:") && !page.contains("fetch("));
-    folder.succeed(&format!("{SOLVE} --out again"));
+    folder.succeed(&format!("{SOLVE_COMMAND} --out again"));
     assert_eq!(page, folder.read_text("again/trace.html"));
 }
 
@@ -91,7 +91,7 @@ fn note_counts_the_steps_of_the_page() {
 
 #[test]
 fn steps_of_the_method_name_existing_functions() {
-    let places = METHOD.iter().flat_map(|step| [step.rust, step.wgsl]).flatten();
+    let places = METHOD_STEPS.iter().flat_map(|step| [step.rust, step.wgsl]).flatten();
     assert_eq!(places.clone().count(), 8);
     for place in places {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(place.file);
@@ -100,7 +100,7 @@ fn steps_of_the_method_name_existing_functions() {
     }
 }
 
-/// Records the solve of [`SOLVE`] again and checks the sum of the weights of each receiver on the page.
+/// Records the solve of [`SOLVE_COMMAND`] again and checks the sum of the weights of each receiver on the page.
 fn check_weights(sums: &[Value]) {
     let scene = bundled_scene("cornell_box.obj");
     let record = LinkRecord::new(usize::MAX);
@@ -148,8 +148,11 @@ fn links_page_shows_the_light_of_the_file() {
         return;
     };
     let folder = TestFolder::new();
-    folder.succeed(SOLVE);
-    folder.write("point.html", with_script(&folder.read_text("out/trace.html"), POINT));
+    folder.succeed(SOLVE_COMMAND);
+    folder.write(
+        "point.html",
+        with_script(&folder.read_text("out/trace.html"), POINT_SCRIPT),
+    );
     let did = page_outcome(&browser, &folder.path("point.html"));
     assert_eq!(did["failed"], Value::Null, "{did}");
     let last = did["moves"][6][1].as_u64().unwrap();

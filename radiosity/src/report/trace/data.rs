@@ -54,10 +54,10 @@ pub fn pack_arrays(trace: &ShotTrace, mesh: &Mesh, shown: ShownPart) -> Vec<u8> 
     for (number, patch) in (0..).zip(&mesh.patches) {
         patch_of[patch.texels()].fill(number);
     }
-    order.iter().for_each(|k| words.add(patch_of[*k]));
+    order.iter().for_each(|k| words.add_word(patch_of[*k]));
     let area_unit = mesh.area_unit() as f32;
     for patch in &mesh.patches {
-        words.add(patch.face);
+        words.add_word(patch.face);
         words.add_floats([patch.shooter.area * area_unit, patch.open_share]);
         words.add_floats(patch.shooter.centre.to_array());
         for corner in patch.shooter.corners {
@@ -65,12 +65,12 @@ pub fn pack_arrays(trace: &ShotTrace, mesh: &Mesh, shown: ShownPart) -> Vec<u8> 
         }
     }
     for (links, hemisphere) in trace.links[..shown.links].iter().zip(&trace.hemispheres) {
-        words.add(links.patch);
-        words.add(links.exponent.cast_unsigned());
+        words.add_word(links.patch);
+        words.add_word(links.exponent.cast_unsigned());
         let bits = [links.is_occluded, links.is_captured, links.is_wrong].map(u32::from);
-        words.add(bits[0] + 2 * bits[1] + 4 * bits[2]);
-        words.add(links.deflated.len() as u32);
-        words.add(hemisphere.deflated.len() as u32);
+        words.add_word(bits[0] + 2 * bits[1] + 4 * bits[2]);
+        words.add_word(links.deflated.len() as u32);
+        words.add_word(hemisphere.deflated.len() as u32);
         let frame = hemisphere.frame;
         for vector in [frame.centre, frame.tangent, frame.bitangent, frame.normal] {
             words.add_floats(vector.to_array());
@@ -82,7 +82,7 @@ pub fn pack_arrays(trace: &ShotTrace, mesh: &Mesh, shown: ShownPart) -> Vec<u8> 
     for shot in &trace.shots[..shown.shots] {
         for rank in 0..RANKED_PATCHES {
             let (patch, power) = shot.ranking.get(rank).copied().unwrap_or((NO_PATCH, 0.0));
-            words.add(patch);
+            words.add_word(patch);
             words.add_floats([power * area_unit]);
         }
     }
@@ -90,7 +90,7 @@ pub fn pack_arrays(trace: &ShotTrace, mesh: &Mesh, shown: ShownPart) -> Vec<u8> 
 }
 
 fn add_shot(words: &mut WordWriter, traced: &TracedShot, area_unit: f32) {
-    words.add(traced.links as u32);
+    words.add_word(traced.links as u32);
     words.add_floats(traced.radiosity.to_array());
     words.add_floats([traced.shot.unshot * area_unit]);
     words.add_floats(energy_parts(traced.energy.as_ref()).map(|part| part as f32));
@@ -113,12 +113,12 @@ pub struct WordWriter {
 
 impl WordWriter {
     /// Adds a word.
-    pub fn add(&mut self, word: u32) {
+    pub fn add_word(&mut self, word: u32) {
         self.bytes.extend(word.to_le_bytes());
     }
 
     /// Adds floats.
     pub fn add_floats<const N: usize>(&mut self, values: [f32; N]) {
-        values.iter().for_each(|value| self.add(value.to_bits()));
+        values.iter().for_each(|value| self.add_word(value.to_bits()));
     }
 }

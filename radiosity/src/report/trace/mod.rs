@@ -56,7 +56,7 @@ const PAGE_SCRIPTS: [&str; 5] = [
 const STYLE: &str = include_str!("trace.css");
 
 /// Displayed quantities: name in the script, text of the button; the last of item buffers alone.
-const QUANTITIES: [(&str, &str); 7] = [
+const SHOWN_QUANTITIES: [(&str, &str); 7] = [
     ("radiosity", "radiosity B"),
     ("residual", "residual r"),
     ("change", "ΔB of this shot"),
@@ -65,7 +65,7 @@ const QUANTITIES: [(&str, &str); 7] = [
     ("before", "r before"),
     ("error", "B − B by rays"),
 ];
-const HELP: &str = "Keys: ← → step, Home End, space plays, n next line. In the picture: drag to orbit, drag with Shift or the right button to pan, wheel or pinch to zoom; point at a texel or tap it; ↑ ↓, + −, [ ] exposure, 1 to 7, g texels, f false colours, r.";
+const SHOT_HELP: &str = "Keys: ← → step, Home End, space plays, n next line. In the picture: drag to orbit, drag with Shift or the right button to pan, wheel or pinch to zoom; point at a texel or tap it; ↑ ↓, + −, [ ] exposure, 1 to 7, g texels, f false colours, r.";
 
 /// A page, and how many shots it has.
 pub struct TracePage {
@@ -185,7 +185,10 @@ fn render_viewer(solution: &Solution, preview: &RenderedPreview, is_compared: bo
         camera: preview.camera,
         exposure: preview.exposure,
     };
-    viewer.render_quantities(&QUANTITIES[..QUANTITIES.len() - usize::from(!is_compared)], HELP)
+    viewer.render_quantities(
+        &SHOWN_QUANTITIES[..SHOWN_QUANTITIES.len() - usize::from(!is_compared)],
+        SHOT_HELP,
+    )
 }
 
 struct PageRenderer<'a> {

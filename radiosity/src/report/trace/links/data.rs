@@ -39,9 +39,9 @@ impl PackedStep {
         let mut words = WordWriter::default();
         let nodes = &step.links.nodes;
         for node in nodes {
-            words.add(node.parent);
-            words.add(node.face);
-            words.add(node.texel.unwrap_or(NO_TEXEL));
+            words.add_word(node.parent);
+            words.add_word(node.face);
+            words.add_word(node.texel.unwrap_or(NO_TEXEL));
         }
         let inner = nodes.iter().filter(|node| node.texel.is_none());
         let corners: Vec<_> = inner.flat_map(|node| node.corners).collect();
@@ -65,12 +65,12 @@ impl PackedStep {
 fn pack_gather(gather: &RecordedGather, words: &mut WordWriter) -> Value {
     let blocks = &gather.blocks;
     for block in blocks {
-        words.add(block.spots.len() as u32);
-        words.add(block.links.len() as u32);
+        words.add_word(block.spots.len() as u32);
+        words.add_word(block.links.len() as u32);
     }
     let spots = blocks.iter().flat_map(|block| &block.spots);
     for spot in spots.clone() {
-        words.add(spot.node);
+        words.add_word(spot.node);
         words.add_floats([spot.share]);
         words.add_floats(spot.irradiance.to_array());
     }
@@ -79,10 +79,10 @@ fn pack_gather(gather: &RecordedGather, words: &mut WordWriter) -> Value {
     sources.sort_unstable();
     sources.dedup();
     for node in &sources {
-        words.add(*node);
+        words.add_word(*node);
         words.add_floats(gather.radiosity[*node as usize].mean.to_array());
     }
-    links.clone().for_each(|link| words.add(link.node));
+    links.clone().for_each(|link| words.add_word(link.node));
     let weights = blocks.iter().flat_map(|block| {
         let links = block.links.iter();
         links.map(|stored| &stored.link.weight[..block.spots.len()])

@@ -11,14 +11,15 @@ use super::super::document::{Blocks, Row, Table, render_document};
 use super::super::format::{count_noun, file_name, format_count, format_percent};
 use super::super::solution_view::RenderedPreview;
 use super::super::view::interpolation::{CarriedLight, InterpolationSurface};
-use super::super::viewer::{SceneViewer, ViewerLayer, is_constant_per_face, viewer_assets};
+use super::super::viewer::{SceneViewer, ViewerLayer, viewer_assets};
 use super::algorithm::{AlgorithmStep, CodePlace};
-use super::{MAX_PAGE_BYTES, SHARED_SCRIPTS, STYLE, render_algorithm, render_panel};
+use super::{MAX_PAGE_BYTES, SHARED_SCRIPTS, STYLE, describe_limit, render_algorithm, render_panel};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use common::shooting::RadiosityField;
 use common::solution::Solution;
 use maud::{Markup, PreEscaped, html};
+use oracle::trace::TraceLimit;
 use oracle::trace::links::{LinkTrace, TracedStep};
 
 /// Maximum links from nodes to blocks of a record: 200 bytes each, of which a page takes about ten.
@@ -29,10 +30,10 @@ const PAGE_SCRIPTS: [&str; 3] = [
     include_str!("links_viewer.js"),
     include_str!("links_page.js"),
 ];
-const HELP: &str = "Keys: ← → steps, n next part. In the picture: drag to orbit, drag with Shift or the right button to pan, wheel or pinch to zoom; point at a texel or tap it; ↑ ↓, + −, [ ] exposure, 1 radiosity, 2 irradiance, g texels, f false colours, r.";
+const LINK_HELP: &str = "Keys: ← → steps, n next part. In the picture: drag to orbit, drag with Shift or the right button to pan, wheel or pinch to zoom; point at a texel or tap it; ↑ ↓, + −, [ ] exposure, 1 radiosity, 2 irradiance, g texels, f false colours, r.";
 
 /// Parts of a step: name in the script, text of the button.
-const PARTS: [(&str, &str); 3] = [
+const STEP_PARTS: [(&str, &str); 3] = [
     ("direct", "direct light"),
     ("coarse", "coarse links"),
     ("final", "final gather"),
@@ -52,7 +53,7 @@ impl LinkPage {
     /// Renders the page of a solve with its record and the camera and exposure of its picture. If not all steps fit into
     /// [`MAX_PAGE_BYTES`] it has the first.
     pub fn new(solution: &Solution, trace: &LinkTrace, preview: &RenderedPreview) -> Self {
-        let renderer = PageRenderer { solution, trace };
+        let renderer = LinkPageRenderer { solution, trace };
         let elements = trace.steps.iter().map(|step| render_step(solution, step, preview));
         let mut shown = Vec::new();
         let mut bytes = renderer.render_page(&[]).len();
@@ -72,14 +73,14 @@ impl LinkPage {
 
     /// Returns a note if the page has not all steps.
     pub fn describe_missing_steps(&self) -> Option<String> {
+        let limit = describe_limit(TraceLimit::Bytes);
         match self.steps {
             shown if shown == self.step_count => None,
-            0 => Some(
-                "no trace.html is written, since not one step fits into 5 MB: give fewer --texels or a larger --error"
-                    .into(),
-            ),
+            0 => Some(format!(
+                "no trace.html is written, since not one step fits into {limit}: give fewer --texels or a larger --error"
+            )),
             shown => Some(format!(
-                "trace.html has the first {} of {}: more do not fit into 5 MB; with fewer --texels or a larger --error they do",
+                "trace.html has the first {} of {}: more do not fit into {limit}; with fewer --texels or a larger --error they do",
                 count_noun(shown, "step", "steps"),
                 self.step_count,
             )),
@@ -87,12 +88,12 @@ impl LinkPage {
     }
 }
 
-struct PageRenderer<'a> {
+struct LinkPageRenderer<'a> {
     solution: &'a Solution<'a>,
     trace: &'a LinkTrace,
 }
 
-impl PageRenderer<'_> {
+impl LinkPageRenderer<'_> {
     /// Renders the page with the elements of its first steps.
     fn render_page(&self, steps: &[Markup]) -> String {
         let Solution { scene, adapter, .. } = *self.solution;
@@ -107,9 +108,10 @@ impl PageRenderer<'_> {
         ));
         if steps.len() < self.trace.step_count {
             opening.add_warning(format!(
-                "This page has the first {} of {} steps: more do not fit into 5 MB.",
+                "This page has the first {} of {} steps: more do not fit into {}.",
                 steps.len(),
-                self.trace.step_count
+                self.trace.step_count,
+                describe_limit(TraceLimit::Bytes)
             ));
         }
         opening
@@ -122,7 +124,7 @@ impl PageRenderer<'_> {
                         } }
                         div.trace-panels {
                             (render_panel("texel", "The links of this texel"))
-                            (render_algorithm("A step of the method", &METHOD))
+                            (render_algorithm("A step of the method", &METHOD_STEPS))
                         }
                     }
                 }
@@ -176,17 +178,14 @@ fn render_step(solution: &Solution, step: &TracedStep, preview: &RenderedPreview
             field: Some(&field),
         }],
         irradiance: true,
-        carried: match scene.is_painted() || is_constant_per_face(mesh) {
-            true => CarriedLight::Irradiance,
-            false => CarriedLight::Radiosity,
-        },
+        carried: CarriedLight::Irradiance,
         texel_errors: None,
         camera: preview.camera,
         exposure: preview.exposure,
     };
     let packed = PackedStep::new(step);
     html! {
-        (viewer.render_quantities(&[("radiosity", "radiosity B"), ("irradiance", "irradiance H")], HELP))
+        (viewer.render_quantities(&[("radiosity", "radiosity B"), ("irradiance", "irradiance H")], LINK_HELP))
         script.links-head type="application/json" { (PreEscaped(packed.head.to_string())) }
         script.links-data type="text/plain" { (STANDARD.encode(&packed.deflated)) }
     }
@@ -199,7 +198,7 @@ fn render_player(steps: usize) -> Markup {
             span.buttons role="group" aria-label="Step" { @for step in 1..=steps {
                 button type="button" data-go=(step) title="← →" { "step " (step) }
             } }
-            span.buttons role="group" aria-label="Part of the step" { @for (part, text) in PARTS {
+            span.buttons role="group" aria-label="Part of the step" { @for (part, text) in STEP_PARTS {
                 button type="button" data-show=(part) title="next part: n" { (text) }
             } }
             output.position aria-live="off" {}
@@ -208,7 +207,7 @@ fn render_player(steps: usize) -> Markup {
 }
 
 /// The parts of a step, and the functions that do them.
-pub const METHOD: [AlgorithmStep; 6] = [
+pub const METHOD_STEPS: [AlgorithmStep; 6] = [
     inner(
         "divide a node where a link’s error is above its threshold",
         Some(CodePlace {
