@@ -67,6 +67,7 @@ fn write(dir: &Path, captured: Option<Vec3>) -> (Mesh, RadiosityField) {
             field: field.clone(),
             ..SolveRun::default()
         },
+        open: None,
         texel_error: None,
         certificate: None,
         error: None,

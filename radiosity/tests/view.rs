@@ -251,7 +251,7 @@ fn degenerate_scenes_and_nan_do_not_panic() {
 /// Returns the largest step of interpolated values across borders of coplanar faces, relative to their rms, with these
 /// borders welded and without.
 fn border_steps(scene: &Scene, surface: &InterpolationSurface, values: &[Vec4]) -> [f64; 2] {
-    let apart = InterpolationSurface::with_welding(scene, surface.mesh, |_, _| false);
+    let apart = InterpolationSurface::with_welding(scene, surface.mesh, None, |_, _| false);
     let squares = surface.mesh.texels.iter().zip(values);
     let (square, area) = squares.fold((0.0, 0.0), |(square, area), (texel, value)| {
         let own = f64::from(texel.area);

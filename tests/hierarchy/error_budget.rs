@@ -4,13 +4,16 @@
 use common::energy::EnergyBalance;
 use common::mesh::Mesh;
 use common::scene::{Face, Scene};
+use common::settings::Settings;
 use common::shooting::RadiosityField;
 use cpu::dense::Matrix;
 use cpu::hierarchy::residual::gather_residual;
-use cpu::hierarchy::solver::{ErrorBudget, solve_scene};
+use cpu::hierarchy::solver::{ErrorBudget, open_shares, solve_scene};
 use glam::{DVec3, Vec3};
-use oracle::solve::SolveAnswer;
 use oracle::solve::dense;
+use oracle::solve::progress::without_progress;
+use oracle::solve::solver::{ErrorTarget, SolverChoice};
+use oracle::solve::{SolveAnswer, SolveRequest, solve_request};
 use radiosity_tests::factor_cases::rectangle;
 use radiosity_tests::solutions::{
     FACE_SHAPES, dense_truth_on, drawn_scene, error_against, room_with_standing_box, solve_to_error,
@@ -110,6 +113,28 @@ fn thread_count_changes_no_bit() {
         radiosity_bits(&one.solved.run.field),
         radiosity_bits(&three.solved.run.field)
     );
+}
+
+/// Pictures of a result use the solver's open shares instead of finding them again; a result on other texels than the
+/// solver's has none.
+#[test]
+fn open_shares_are_those_of_the_result() {
+    let scene = room_with_standing_box();
+    let target = ErrorTarget {
+        error: 0.05,
+        texels: None,
+    };
+    let question = SolveRequest {
+        task: &scene,
+        settings: &Settings::default(),
+        solver: SolverChoice::Hierarchy(target),
+    };
+    let known = solve_request(&question, &without_progress()).unwrap().solved;
+    let averaged = solve_to_error(&scene, 0.05, 8).solved;
+    let found = open_shares(&scene, &known.mesh);
+    assert!(found.contains(&0.0) && found.iter().any(|open| (0.1..0.9).contains(open)));
+    assert_eq!(known.open, Some(found));
+    assert_eq!(averaged.open, None);
 }
 
 const EMITTED: f32 = 4.0;

@@ -57,6 +57,7 @@ impl SolvedRoom {
             room: self.room,
             before: &self.before,
             after: &self.after,
+            open: None,
             eye: None,
         }
     }

@@ -4,6 +4,7 @@ use common::relight::RelightMethod;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
 use cpu::hierarchy::linker::LinkMethod;
+use cpu::hierarchy::solver::open_shares;
 use glam::{DVec3, Vec3, Vec4};
 use oracle::relight::adaptive::relight_adaptively;
 use oracle::relight::stage::RelightStage;
@@ -72,6 +73,15 @@ fn signed_equals_full_within_both_estimates() {
         let changed = changed(&signed.solved);
         assert!(changed > 3.0 * (a + b), "{}: {changed}", scene.name);
     }
+}
+
+#[test]
+fn open_shares_are_those_of_the_result() {
+    let (scene, count) = furnished_room(bottomless_box(Vec3::ZERO, Vec3::splat(0.5)));
+    let solved = relit(&scene, count, Some(RelightMethod::Signed), 0.05).solved;
+    let found = open_shares(&scene, &solved.mesh);
+    assert!(found.iter().any(|open| *open < 0.5));
+    assert_eq!(solved.open, Some(found));
 }
 
 /// Both linkers make the same decisions, and give the same bits where the adapter does not fuse multiplications and

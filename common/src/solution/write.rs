@@ -47,6 +47,8 @@ pub struct Solution<'a> {
     pub settings: &'a Settings,
     /// The solve.
     pub run: &'a SolveRun,
+    /// Share of each texel that no body covers; none if not known.
+    pub open: Option<&'a [f32]>,
     /// Error estimate: `error`, the relative RMS error of B − E, and its parts; none if not estimated.
     pub certificate: Option<Value>,
     /// Error estimate of each texel, W/m², written as `error.exr`; none if not known by texel.
@@ -76,23 +78,23 @@ impl Solution<'_> {
     /// Errors: [`Error::Write`] with the file.
     pub fn write(&self, dir: &Path) -> Result<()> {
         let mut files = PendingFiles::default();
-        self.add_files(dir, Vec::new(), &mut files)?;
+        self.add_files(dir, || Ok(Vec::new()), &mut files)?;
         files.write()
     }
 
-    /// Adds the files in `dir` to `files`, with `more` files of the same result.
+    /// Adds the files in `dir` to `files`, with `others` of the same result, which are made meanwhile.
     ///
-    /// Errors: those of [`encode_exr`].
-    pub fn add_files(&self, dir: &Path, more: Vec<NamedBytes>, files: &mut PendingFiles) -> Result<()> {
+    /// Errors: those of [`encode_exr`], and of `others`.
+    pub fn add_files(
+        &self,
+        dir: &Path,
+        others: impl FnOnce() -> Result<Vec<NamedBytes>> + Send,
+        files: &mut PendingFiles,
+    ) -> Result<()> {
         let start = Instant::now();
-        let image = encode_lightmap(self.mesh, &self.run.field, self.has_texel_surfaces())?;
-        let mut all = vec![("lightmap.exr".to_owned(), image)];
-        if let Some(off) = &self.texel_error {
-            let values: Vec<Vec4> = off.iter().map(|v| Vec4::splat(*v)).collect();
-            let plane = ("Y".to_owned(), atlas_channel(self.mesh, &values, 0));
-            all.push(("error.exr".to_owned(), encode_exr(self.mesh.atlas, vec![plane])?));
-        }
-        all.extend(more);
+        let (maps, others) = rayon::join(|| self.encode_maps(), others);
+        let mut all = maps?;
+        all.extend(others?);
         let checksums = all.iter().map(|(name, bytes)| (name.as_str(), file_checksum(bytes)));
         let checksums: BTreeMap<&str, String> = checksums.collect();
         let mut description = self.summarise_run();
@@ -103,6 +105,18 @@ impl Solution<'_> {
         all.push(("result.json".to_owned(), format!("{description:#}\n").into_bytes()));
         all.into_iter().for_each(|(name, bytes)| files.add(dir, name, bytes));
         Ok(())
+    }
+
+    /// Encodes `lightmap.exr`, and `error.exr` where the error is known by texel.
+    fn encode_maps(&self) -> Result<Vec<NamedBytes>> {
+        let image = encode_lightmap(self.mesh, &self.run.field, self.has_texel_surfaces())?;
+        let mut maps = vec![("lightmap.exr".to_owned(), image)];
+        if let Some(off) = &self.texel_error {
+            let values: Vec<Vec4> = off.iter().map(|v| Vec4::splat(*v)).collect();
+            let plane = ("Y".to_owned(), atlas_channel(self.mesh, &values, 0));
+            maps.push(("error.exr".to_owned(), encode_exr(self.mesh.atlas, vec![plane])?));
+        }
+        Ok(maps)
     }
 
     /// Returns `result.json` without the faces and the entries that are known after writing.

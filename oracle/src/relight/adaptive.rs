@@ -121,6 +121,7 @@ pub fn relight_adaptively(
     run.field.radiosity = extend_to_vec4(&radiosity);
     let report = RelightReport::new(extend_to_vec4(&before), emitters, &mesh, &run);
     Ok(Solved {
+        open: Some(step.outcome.open),
         history: Some(history),
         relight: Some(report),
         ..Solved::new(settings, mesh, run)

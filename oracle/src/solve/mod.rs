@@ -76,6 +76,7 @@ impl SolveAnswer {
             adapter: request.solver.adapter_name(),
             settings: &self.solved.settings,
             run: &self.solved.run,
+            open: self.solved.open.as_deref(),
             certificate: self.estimate.as_ref().map(ErrorEstimate::to_json),
             texel_error: self.error_map(request.task.scene()),
             warnings: &self.warnings,

@@ -113,6 +113,8 @@ pub(super) fn resample_result(
     shot_log::set_open_shares(&mut mesh, &outcome);
     let run = shot_log::record_run(&mesh, &outcome, &shot_log::measure_escape(&step.mesh, &step.outcome));
     Ok(Solved {
+        // Means over other texels differ from these texels' own shares.
+        open: (texels == step.resolutions).then_some(outcome.open),
         history: Some(history),
         ..Solved::new(settings, mesh, run)
     })

@@ -16,6 +16,8 @@ pub struct Solved {
     pub mesh: Mesh,
     /// The solution and its shots.
     pub run: SolveRun,
+    /// Share of each texel that no body covers, where the solver found it.
+    pub open: Option<Vec<f32>>,
     /// True if single shots replaced the requested passes, for lack of memory.
     pub one_by_one: bool,
     /// Details of a dense solve.
@@ -33,6 +35,7 @@ impl Solved {
             settings: *settings,
             mesh,
             run,
+            open: None,
             one_by_one: false,
             dense: None,
             history: None,

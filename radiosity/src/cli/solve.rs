@@ -229,13 +229,16 @@ pub fn solve_scene(job: &SceneJob, solver: SolverKind, method: JobMethod) -> Res
     let page = recorder.render_page(&solution, &seen)?;
     let mut files = PendingFiles::default();
     bake.add_files(&mut files, (&solution, charts.as_ref(), file), &seen)?;
-    let mut more = encode_view(seen);
     let traced = page.as_ref().map_or("", |_| "trace.html, ");
-    more.extend(page.map(|page| (TRACE_FILE.into(), page.into_bytes())));
-    if job.maps {
-        more.extend(encode_maps(&solution)?);
-    }
-    solution.add_files(out, more, &mut files)?;
+    let others = || {
+        let mut others = encode_view(seen);
+        others.extend(page.map(|page| (TRACE_FILE.into(), page.into_bytes())));
+        if job.maps {
+            others.extend(encode_maps(&solution)?);
+        }
+        Ok(others)
+    };
+    solution.add_files(out, others, &mut files)?;
     files.write()?;
     print_summary(&solution, &answered);
     message!(

@@ -8,27 +8,25 @@ use common::solution::write::encode_exr;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Encodes the three files.
+/// Encodes `background.exr` and `composite.exr`.
 ///
 /// Errors: those of [`encode_exr`].
-pub fn encode_pictures(composite: &Composite, exposure: Exposure) -> Result<Vec<NamedBytes>> {
+pub fn encode_radiance(composite: &Composite) -> Result<Vec<NamedBytes>> {
     let [behind, any] = &composite.coverage;
     let exrs = [
         ("background.exr", &composite.background, behind),
         ("composite.exr", &composite.composite, any),
     ];
-    let exrs = || -> Result<Vec<NamedBytes>> {
-        let encoded = exrs.par_iter().map(|(name, colours, coverage)| {
-            let bytes = encode_picture(composite.size, colours, coverage)?;
-            Ok(((*name).to_owned(), bytes))
-        });
-        encoded.collect()
-    };
-    let png = || tone_map_picture(composite.size, &composite.composite, any, exposure).encode_png();
-    let (files, png) = rayon::join(exrs, png);
-    let mut files = files?;
-    files.push(("composite.png".into(), png));
-    Ok(files)
+    let encoded = exrs.par_iter().map(|(name, colours, coverage)| {
+        let bytes = encode_picture(composite.size, colours, coverage)?;
+        Ok(((*name).to_owned(), bytes))
+    });
+    encoded.collect()
+}
+
+/// Encodes `composite.png`.
+pub fn encode_composite(composite: &Composite, exposure: Exposure) -> Vec<u8> {
+    tone_map_picture(composite.size, &composite.composite, &composite.coverage[1], exposure).encode_png()
 }
 
 /// Encodes colours as EXR; with channel A (colours premultiplied) only where some pixel is transparent.

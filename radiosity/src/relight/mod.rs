@@ -38,6 +38,8 @@ pub struct RelitScene<'a> {
     pub before: &'a [Vec4],
     /// Radiosity, residual and irradiance with the objects, in mesh order.
     pub after: &'a RadiosityField,
+    /// Share of each texel that no body covers; none if not known.
+    pub open: Option<&'a [f32]>,
     /// Eye of the panorama in scene coordinates; none without a panorama.
     pub eye: Option<DVec3>,
 }

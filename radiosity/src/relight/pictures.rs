@@ -6,7 +6,7 @@ use crate::report::document::{Figure, Text, bold_text, colour_bar};
 use crate::report::format::{format_number, format_percent};
 use crate::report::picture::{
     Exposure, RgbaPicture, compute_luminance, decode_srgb, diverging_colour, encode_srgb, false_colour_range,
-    weighted_rms,
+    png_data_uri, weighted_rms,
 };
 use glam::Vec3;
 use rayon::prelude::*;
@@ -19,9 +19,9 @@ const HIDDEN_COLOUR: Vec3 = Vec3::splat(0.25);
 /// Function that draws a picture.
 type DrawPicture<'a> = &'a (dyn Fn() -> RgbaPicture + Sync);
 
-/// Draws composite, captured room, objects alone and their change of the room in parallel; PNG compression dominates.
-pub fn draw_figures(composite: &Composite, exposure: Exposure) -> Vec<Figure> {
-    let [behind, any] = &composite.coverage;
+/// Draws captured room, objects alone and their change of the room in parallel, as PNG compression dominates, after the
+/// composite's own `png`.
+pub fn draw_figures(composite: &Composite, png: &[u8], exposure: Exposure) -> Vec<Figure> {
     let of = |colours: &[Vec3], coverage: &[f32]| tone_map_picture(composite.size, colours, coverage, exposure);
     let seen = composite.background.iter();
     let rms = match weighted_rms(seen.map(|colour| (f64::from(compute_luminance(*colour)), 1.0))) {
@@ -34,17 +34,16 @@ pub fn draw_figures(composite: &Composite, exposure: Exposure) -> Vec<Figure> {
     let white = format_number(f64::from(exposure.white));
     let covered: f64 = composite.mask.iter().map(|share| f64::from(*share)).sum();
     let covered = format_percent(covered / composite.mask.len().max(1) as f64);
-    let plans: [(DrawPicture, &str, Text); 4] = [
+    let composite_figure = Figure::from_picture(
+        &png_data_uri(png),
+        "The room with the object",
+        bold_text("Composite")
+            + " · the background with the room's light changed by the objects, and the objects themselves. White is "
+            + format!("{white} W/m²/sr."),
+    );
+    let plans: [(DrawPicture, &str, Text); 3] = [
         (
-            &|| of(&composite.composite, any),
-            "The room with the object",
-            bold_text("Composite")
-                + " · the background with the room's light changed by the objects, and the objects themselves. White \
-                       is "
-                + format!("{white} W/m²/sr."),
-        ),
-        (
-            &|| of(&composite.background, behind),
+            &|| of(&composite.background, &composite.coverage[0]),
             "The room as it was captured",
             bold_text("Background") + " · as captured, at the same exposure.",
         ),
@@ -69,7 +68,8 @@ pub fn draw_figures(composite: &Composite, exposure: Exposure) -> Vec<Figure> {
     let draw = |(draw, alt, caption): &(DrawPicture, &str, Text)| {
         Figure::from_picture(&draw().data_uri(), alt, caption.clone())
     };
-    plans.par_iter().map(draw).collect()
+    let others: Vec<Figure> = plans.par_iter().map(draw).collect();
+    [composite_figure].into_iter().chain(others).collect()
 }
 
 /// Draws a linear colour per pixel, blended to grey by the objects' coverage.

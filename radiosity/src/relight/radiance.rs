@@ -22,7 +22,7 @@ pub fn welded_surface<'a>(relit: &RelitScene<'a>) -> InterpolationSurface<'a> {
         let (a, b) = (reflectance[a as usize], reflectance[b as usize]);
         (a - b).abs().cmple(a.max(b) * REFLECTANCE_TOLERANCE).all()
     };
-    InterpolationSurface::with_welding(relit.scene, relit.mesh, |a, b| {
+    InterpolationSurface::with_welding(relit.scene, relit.mesh, relit.open, |a, b| {
         relit.is_object(a) == relit.is_object(b) && alike(a, b)
     })
 }

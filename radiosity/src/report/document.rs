@@ -251,7 +251,7 @@ impl Figure {
     /// Creates a figure of a picture; without a `source` it says that there is none.
     pub fn from_picture(source: &str, alt: &str, caption: impl Into<Text>) -> Self {
         let content = html! {
-            @if source.is_empty() { p.none { "no picture" } } @else { img src=(source) alt=(alt); }
+            @if source.is_empty() { p.none { "no picture" } } @else { img src=(PreEscaped(source)) alt=(alt); }
         };
         Self::new(content, caption)
     }

@@ -6,6 +6,7 @@ use common::import::from_srgb;
 use glam::Vec3;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
+use rayon::prelude::*;
 
 /// Colour of NaN, magenta, used for nothing else.
 pub const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
@@ -60,8 +61,13 @@ impl RgbaPicture {
 
     /// Returns the PNG as a data URI for an `img` element.
     pub fn data_uri(&self) -> String {
-        format!("data:image/png;base64,{}", STANDARD.encode(self.encode_png()))
+        png_data_uri(&self.encode_png())
     }
+}
+
+/// Returns the bytes of a PNG file as a data URI for an `img` element.
+pub fn png_data_uri(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", STANDARD.encode(png))
 }
 
 /// Converts linear Rec. 709, 0…1, to 8-bit sRGB (IEC 61966-2-1); NaN becomes magenta.
@@ -100,7 +106,7 @@ pub fn weighted_rms(values: impl Iterator<Item = (f64, f64)>) -> f64 {
 
 /// Sorts pairs (x, weight) and returns the least x up to which at least `share` of all weight lies; none without pairs.
 pub fn weighted_percentile(values: &mut [(f64, f64)], share: f64) -> Option<f64> {
-    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    values.par_sort_by(|a, b| a.0.total_cmp(&b.0));
     let wanted = share * values.iter().map(|(_, weight)| weight).sum::<f64>();
     let mut below = 0.0;
     let at = values.iter().find(|(_, weight)| {

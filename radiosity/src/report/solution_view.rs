@@ -88,7 +88,8 @@ impl RenderedView {
             Some(shown) => (&shown.mesh, &shown.field, shown.texel_errors.as_deref()),
             None => own,
         };
-        let surface = InterpolationSurface::new(scene, mesh);
+        let open = solution.open.filter(|_| coarse.is_none());
+        let surface = InterpolationSurface::with_welding(scene, mesh, open, |_, _| true);
         // A captured room's ρ and E were recovered texel by texel.
         let carried = match scene.is_painted() || is_constant_per_face(mesh) {
             true => CarriedLight::Irradiance,

@@ -50,6 +50,7 @@ fn store_result(folder: &TestFolder, dir: &str, scene: &Scene, n: u32, reflected
             field,
             ..SolveRun::default()
         },
+        open: None,
         texel_error: None,
         certificate: None,
         error: None,

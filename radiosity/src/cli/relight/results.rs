@@ -43,6 +43,7 @@ pub fn write_results(
         room: stage.room_faces,
         before: &relit.before,
         after: &done.run.field,
+        open: done.open.as_deref(),
         eye: stage.captured.panorama.as_ref().map(|(_, eye)| *eye),
     };
     let radiance = |d: DVec3| match &stage.captured.panorama {
@@ -77,45 +78,51 @@ pub fn write_results(
         ..answered.to_solution(question, &notes, seconds)
     };
     // The view starts at the composite's camera, which shows the objects.
-    let (around, (more, pictures)) = watch.time_phase("view", || {
+    let draw = || {
+        let png = files::encode_composite(&picture, exposure);
+        (draw_figures(&picture, &png, exposure), png)
+    };
+    let (around, (radiance, (pictures, png))) = watch.time_phase("view", || {
         rayon::join(
             || RenderedView::new(&solution, Some(camera)),
-            || {
-                rayon::join(
-                    || files::encode_pictures(&picture, exposure),
-                    || draw_figures(&picture, exposure),
-                )
-            },
+            || rayon::join(|| files::encode_radiance(&picture), draw),
         )
     });
-    let (around, mut more) = (around?, more?);
+    let (around, radiance) = (around?, radiance?);
     let page = match task.trace {
         Some(slot) => render_trace(&solution, slot, &around)?,
         None => None,
     };
     let traced = page.as_ref().map_or("", |_| "trace.html, ");
-    more.extend(page.map(|page| (TRACE_FILE.into(), page.into_bytes())));
     let files_of = arguments.objects.objects.iter();
     let objects: Vec<String> = files_of.map(|o| o.file.display().to_string()).collect();
-    let report = RelightPage {
-        room: &arguments.room.display().to_string(),
-        objects: &objects,
-        relit: &seen,
-        composite: &picture,
-        pictures: &pictures,
-        energy: Some(&energy),
-        map_shots: relit.map_shots as u32,
-        object_shots: relit.object_shots as u32,
-        converged: done.run.converged,
-        negative_texels: relit.negative_texels(&done.run),
-        warnings: &answered.warnings,
-        notes: &notes,
-        viewer: &around.element.0,
+    let report = |around: &RenderedView| {
+        render_report(&RelightPage {
+            room: &arguments.room.display().to_string(),
+            objects: &objects,
+            relit: &seen,
+            composite: &picture,
+            pictures: &pictures,
+            energy: Some(&energy),
+            map_shots: relit.map_shots as u32,
+            object_shots: relit.object_shots as u32,
+            converged: done.run.converged,
+            negative_texels: relit.negative_texels(&done.run),
+            warnings: &answered.warnings,
+            notes: &notes,
+            viewer: &around.element.0,
+        })
     };
-    more.push(("report.html".into(), render_report(&report).into_bytes()));
-    more.extend(encode_view(around));
+    let others = || {
+        let mut others = radiance;
+        others.push(("composite.png".into(), png));
+        others.extend(page.map(|page| (TRACE_FILE.into(), page.into_bytes())));
+        others.push(("report.html".into(), report(&around).into_bytes()));
+        others.extend(encode_view(around));
+        Ok(others)
+    };
     let mut files = PendingFiles::default();
-    solution.add_files(out, more, &mut files)?;
+    solution.add_files(out, others, &mut files)?;
     files.write()?;
     print_summary(&solution, answered);
     message!(

@@ -320,8 +320,8 @@ impl PageRenderer<'_> {
         let links: Vec<u8> = parts.flatten().copied().collect();
         html! {
             script.trace-head type="application/json" { (PreEscaped(head.to_string())) }
-            script.trace-arrays type="text/plain" { (STANDARD.encode(pack_arrays(trace, mesh, shown))) }
-            script.trace-links type="text/plain" { (STANDARD.encode(links)) }
+            script.trace-arrays type="text/plain" { (PreEscaped(STANDARD.encode(pack_arrays(trace, mesh, shown)))) }
+            script.trace-links type="text/plain" { (PreEscaped(STANDARD.encode(links))) }
         }
     }
 }

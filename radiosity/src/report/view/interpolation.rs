@@ -114,11 +114,12 @@ pub struct RingKnot {
 impl<'a> InterpolationSurface<'a> {
     /// Places the nodes and welds the borders of neighbours that form one surface.
     pub fn new(scene: &Scene, mesh: &'a Mesh) -> Self {
-        Self::with_welding(scene, mesh, |_, _| true)
+        Self::with_welding(scene, mesh, None, |_, _| true)
     }
 
-    /// Places the nodes and welds the borders of those neighbours `(a, b)` that form one surface and that `welds`.
-    pub fn with_welding(scene: &Scene, mesh: &'a Mesh, welds: impl Fn(u32, u32) -> bool) -> Self {
+    /// Places the nodes and welds the borders of those neighbours `(a, b)` that form one surface and that `welds`; the
+    /// share of each texel that no body covers is found if it is not known to be `open`.
+    pub fn with_welding(scene: &Scene, mesh: &'a Mesh, open: Option<&[f32]>, welds: impl Fn(u32, u32) -> bool) -> Self {
         let (grids, nodes) = FaceGrid::for_all_faces(&scene.faces, mesh);
         let pairs = find_neighbours(&scene.faces, &grids, welds);
         let welded = weld_borders(&grids, nodes, &pairs);
@@ -130,7 +131,7 @@ impl<'a> InterpolationSurface<'a> {
             mesh,
             face_grids: grids,
             pairs,
-            open: open_shares(scene, mesh),
+            open: open.map_or_else(|| open_shares(scene, mesh), <[f32]>::to_vec),
             welded,
             texels,
             ring_nodes: Vec::with_capacity(4 * mesh.texels.len()),

@@ -135,7 +135,7 @@ impl<'a> SceneViewer<'a> {
                 div.told aria-live="polite" { "Point at a texel to read its light." }
                 p.keys { (help) }
                 script.head type="application/json" { (PreEscaped(head)) }
-                script.data type="text/plain" { (STANDARD.encode(self.binary_data(&nodes))) }
+                script.data type="text/plain" { (PreEscaped(STANDARD.encode(self.binary_data(&nodes)))) }
             }
         }
     }

@@ -187,7 +187,7 @@ fn render_step(solution: &Solution, step: &TracedStep, preview: &RenderedPreview
     html! {
         (viewer.render_quantities(&[("radiosity", "radiosity B"), ("irradiance", "irradiance H")], LINK_HELP))
         script.links-head type="application/json" { (PreEscaped(packed.head.to_string())) }
-        script.links-data type="text/plain" { (STANDARD.encode(&packed.deflated)) }
+        script.links-data type="text/plain" { (PreEscaped(STANDARD.encode(&packed.deflated))) }
     }
 }
 
