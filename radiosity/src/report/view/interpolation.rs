@@ -296,11 +296,20 @@ impl<'a> InterpolationSurface<'a> {
                 .any(|node| self.on_border[node.slot as usize])
         };
         let border: Vec<u32> = all.iter().filter(at_border).copied().collect();
+        let slots: Vec<u32> = (0..nodes.len() as u32).collect();
+        let is_border_slot = |slot: &u32| self.on_border[*slot as usize];
+        let border_slots: Vec<u32> = slots.iter().filter(|slot| is_border_slot(slot)).copied().collect();
         self.mirror_at_borders(&border, &own, &mut nodes, &ranges);
+        let mut changes = vec![DVec3::ZERO; nodes.len()];
         for step in 0..BORDER_STEPS + MEAN_STEPS {
             let is_last = step >= BORDER_STEPS;
-            let mut changes = vec![DVec3::ZERO; nodes.len()];
-            for k in if is_last { &all } else { &border } {
+            let (texels, slots) = if is_last {
+                (&all, &slots)
+            } else {
+                (&border, &border_slots)
+            };
+            slots.iter().for_each(|slot| changes[*slot as usize] = DVec3::ZERO);
+            for k in texels {
                 let ring = self.nodes_around(*k as usize);
                 let mean = ring
                     .iter()
@@ -310,9 +319,9 @@ impl<'a> InterpolationSurface<'a> {
                     changes[node.slot as usize] += rest * f64::from(node.weight);
                 }
             }
-            for (slot, change) in changes.into_iter().enumerate() {
-                let [low, high] = ranges[slot];
-                if change != DVec3::ZERO && (is_last || self.on_border[slot]) && low.cmple(high).all() {
+            for slot in slots.iter().map(|slot| *slot as usize) {
+                let (change, [low, high]) = (changes[slot], ranges[slot]);
+                if change != DVec3::ZERO && low.cmple(high).all() {
                     nodes[slot] = (nodes[slot] + change / weights[slot]).clamp(low, high);
                 }
             }
