@@ -4,13 +4,13 @@ use super::composite::Composite;
 use crate::report::picture::{EXPOSURE_PERCENTILE, Exposure, RgbaPicture, encode_srgb};
 use common::Result;
 use common::solution::pending::NamedBytes;
-use common::solution::write::encode_exr;
+use common::solution::write::encode_exr_fast;
 use glam::Vec3;
 use rayon::prelude::*;
 
 /// Encodes `background.exr` and `composite.exr`.
 ///
-/// Errors: those of [`encode_exr`].
+/// Errors: those of [`encode_exr_fast`].
 pub fn encode_radiance(composite: &Composite) -> Result<Vec<NamedBytes>> {
     let [behind, any] = &composite.coverage;
     let exrs = [
@@ -31,7 +31,7 @@ pub fn encode_composite(composite: &Composite, exposure: Exposure) -> Vec<u8> {
 
 /// Encodes colours as EXR; with channel A (colours premultiplied) only where some pixel is transparent.
 ///
-/// Errors: those of [`encode_exr`].
+/// Errors: those of [`encode_exr_fast`].
 pub fn encode_picture(size: [u32; 2], colours: &[Vec3], coverage: &[f32]) -> Result<Vec<u8>> {
     let mut planes: Vec<(String, Vec<f32>)> = ["R", "G", "B"]
         .into_iter()
@@ -41,7 +41,7 @@ pub fn encode_picture(size: [u32; 2], colours: &[Vec3], coverage: &[f32]) -> Res
     if coverage.iter().any(|share| *share < 1.0) {
         planes.push(("A".into(), coverage.to_vec()));
     }
-    encode_exr(size, planes)
+    encode_exr_fast(size, planes)
 }
 
 /// Chooses one exposure for background and composite: the 90th percentile of both, without emitters, is at 80 % of
