@@ -45,8 +45,8 @@ impl DiffPictures {
         // A scene too large for a page is shown on fewer texels than both have in common.
         let (sizes, _) = drawn_sizes(&diff.pair.resolutions);
         let common = [
-            CoarseSolution::new(&b.scene, (&mesh_a, &field_a, None), &sizes)?,
-            CoarseSolution::new(&b.scene, (&mesh_b, &field_b, None), &sizes)?,
+            CoarseSolution::new(&b.scene, (&mesh_a, &field_a, [None, None]), &sizes)?,
+            CoarseSolution::new(&b.scene, (&mesh_b, &field_b, [None, None]), &sizes)?,
         ];
         let surface = InterpolationSurface::new(&b.scene, &common[1].mesh);
         let rays = Rays::new(&mesh_b);

@@ -21,6 +21,8 @@ pub struct CoarseSolution {
     pub field: RadiosityField,
     /// Averaged error estimate per texel, W/m².
     pub texel_errors: Option<Vec<f32>>,
+    /// Share of each texel that no body covers; none if not known.
+    pub open: Option<Vec<f32>>,
 }
 
 /// Returns the sizes of all faces in texels at which they are drawn, and how many texels per side one of these merges.
@@ -35,12 +37,12 @@ pub fn drawn_sizes(sizes: &[[u32; 2]]) -> (Vec<[u32; 2]>, u32) {
 }
 
 impl CoarseSolution {
-    /// Averages the solution on `mesh`, with error estimates `off`, over texels of the given sizes.
+    /// Averages the solution on `mesh`, with error estimates and open shares, over texels of the given sizes.
     ///
     /// Errors: those of [`Mesh::new`].
     pub fn new(
         scene: &Scene,
-        (mesh, field, off): (&Mesh, &RadiosityField, Option<&[f32]>),
+        (mesh, field, [errors, open]): (&Mesh, &RadiosityField, [Option<&[f32]>; 2]),
         sizes: &[[u32; 2]],
     ) -> Result<Self> {
         let mut coarse = Mesh::new(scene, sizes, 1)?;
@@ -52,10 +54,13 @@ impl CoarseSolution {
             residual: light(&field.residual),
             irradiance: light(&field.irradiance),
         };
-        let off = off.map(|off| {
-            let means = average(&|k| DVec3::splat(f64::from(off[k])));
-            means.iter().map(|mean| mean.x).collect()
-        });
+        let scalars = |values: Option<&[f32]>| {
+            values.map(|values| {
+                let means = average(&|k| DVec3::splat(f64::from(values[k])));
+                means.iter().map(|mean| mean.x).collect::<Vec<f32>>()
+            })
+        };
+        let [texel_errors, open] = [errors, open].map(scalars);
         // A captured room's ρ and E vary per texel.
         let emission = average(&|k| mesh.texels[k].emission.as_dvec3());
         let reflectance = average(&|k| mesh.texels[k].reflectance.as_dvec3());
@@ -65,7 +70,8 @@ impl CoarseSolution {
         Ok(Self {
             mesh: coarse,
             field,
-            texel_errors: off,
+            texel_errors,
+            open,
         })
     }
 }

@@ -78,17 +78,20 @@ impl RenderedView {
     /// Errors: those of [`Mesh::new`].
     pub fn new(solution: &Solution, camera: Option<Camera>) -> Result<Self> {
         let (scene, errors) = (solution.scene, solution.texel_error.as_deref());
-        let own: (&Mesh, _, _) = (solution.mesh, &solution.run.field, errors);
+        let own: (&Mesh, _, _) = (solution.mesh, &solution.run.field, [errors, solution.open]);
         let sizes: Vec<[u32; 2]> = solution.mesh.faces.iter().map(|face| face.resolution).collect();
         let (sizes, merged) = drawn_sizes(&sizes);
         let coarse = (merged > 1)
             .then(|| CoarseSolution::new(scene, own, &sizes))
             .transpose()?;
-        let (mesh, field, texel_errors) = match &coarse {
-            Some(shown) => (&shown.mesh, &shown.field, shown.texel_errors.as_deref()),
+        let (mesh, field, [texel_errors, open]) = match &coarse {
+            Some(shown) => (
+                &shown.mesh,
+                &shown.field,
+                [&shown.texel_errors, &shown.open].map(Option::as_deref),
+            ),
             None => own,
         };
-        let open = solution.open.filter(|_| coarse.is_none());
         let surface = InterpolationSurface::with_welding(scene, mesh, open, |_, _| true);
         // A captured room's ρ and E were recovered texel by texel.
         let carried = match scene.is_painted() || is_constant_per_face(mesh) {
