@@ -1,11 +1,13 @@
 //! The view: interpolation without seams, the automatic camera, degenerate scenes and NaN.
 
 use super::scenes::{patchwork_floor, quad_grid};
-use common::mesh::Mesh;
+use common::mesh::{Mesh, Texel};
 use common::rays::Rays;
 use common::scene::{Face, Scene};
 use common::settings::Settings;
+use common::shooting::initial_field;
 use glam::{DVec3, Vec3, Vec4};
+use radiosity::report::coarse_solution::CoarseSolution;
 use radiosity::report::picture::encode_srgb;
 use radiosity::report::view::camera::Camera;
 use radiosity::report::view::interpolation::{InterpolatedField, InterpolationSurface};
@@ -36,6 +38,39 @@ fn fields_on_a_patchwork_are_without_steps() {
             let [joined, apart] = border_steps(&scene, &surface, &field);
             assert!(joined < ROUNDING && apart > least, "{sides:?} {joined} {apart}");
         }
+    }
+}
+
+/// A page of too many texels shows means; a mean of open shares is the open share of the larger texel.
+#[test]
+fn coarse_texels_have_the_means_of_their_parts() {
+    let e = [DVec3::Z * 3.0, DVec3::X * 2.0];
+    let faces = quad_grid("floor", DVec3::ZERO, e, [3, 2], [Vec3::ZERO, Vec3::ONE * 0.5]);
+    let scene = named_scene("floor", faces);
+    let fine = Mesh::uniform(&scene, 6, 1).unwrap();
+    let sizes = vec![[3; 2]; scene.faces.len()];
+    let share = |k: usize| (k as f32 * 0.618).fract();
+    let numbers = 0..fine.texels.len();
+    let mut field = initial_field(&fine, "by hand");
+    field.radiosity = numbers.clone().map(|k| Vec4::splat(1.0 + share(k))).collect();
+    let (errors, open): (Vec<f32>, Vec<f32>) = numbers.map(|k| (2.0 * share(k), share(k))).unzip();
+    let coarse = CoarseSolution::new(&scene, (&fine, &field, [Some(&errors), Some(&open)]), &sizes).unwrap();
+    let [coarse_errors, coarse_open] = [&coarse.texel_errors, &coarse.open].map(|values| values.as_ref().unwrap());
+    for (n, texel) in coarse.mesh.texels.iter().enumerate() {
+        let [i, j] = [texel.index % 3, texel.index / 3];
+        let part = |index: u32| {
+            let is_part = |t: &Texel| t.face == texel.face && t.index == index;
+            share(fine.texels.iter().position(is_part).unwrap())
+        };
+        let first = 12 * j + 2 * i;
+        let mean = [0, 1, 6, 7].map(|next| part(first + next)).iter().sum::<f32>() / 4.0;
+        let found = [
+            coarse_open[n],
+            coarse_errors[n] / 2.0,
+            coarse.field.radiosity[n].x - 1.0,
+        ];
+        let off = found.map(|value| f64::from((value - mean).abs()));
+        assert!(off.iter().all(|off| *off < ROUNDING), "{texel:?} {mean} {found:?}");
     }
 }
 
