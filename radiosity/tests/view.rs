@@ -188,7 +188,8 @@ fn facets_of_a_ball_look_smooth_and_edges_of_a_box_stay_sharp() {
 
 #[test]
 fn solved_rooms_are_shown_without_seams() {
-    for scene in [bundled_scene(PAPER_ROOM), patchwork_floor()] {
+    // Shadows of texels as wide as the boxes keep no mean; the floor's smooth light keeps it to 0.1 %.
+    for (scene, mean_bound) in [(bundled_scene(PAPER_ROOM), 0.05), (patchwork_floor(), 0.002)] {
         let texels = if scene.faces.len() > 100 { 8 } else { 16 };
         let mesh = Mesh::uniform(&scene, texels, 1).unwrap();
         let mut settings = Settings::default();
@@ -201,7 +202,7 @@ fn solved_rooms_are_shown_without_seams() {
         let error = texel_mean_error(&scene, &surface.interpolate_irradiance(irradiance), irradiance);
         println!("{} {texels}²: joined {joined} apart {apart} error {error}", scene.name);
         assert!(joined < 1e-4 && apart > 0.05, "{joined} {apart}");
-        assert!(error < 0.05, "{error}");
+        assert!(error < mean_bound, "{error}");
     }
 }
 
