@@ -38,6 +38,11 @@ fn furnished_room(objects: Vec<Face>) -> (Scene, usize) {
 
 /// The first `count` faces are the room; without a method everything is solved again.
 fn relit(scene: &Scene, count: usize, method: Option<RelightMethod>, error: f64) -> SolveAnswer {
+    relit_on_texels(scene, count, method, ErrorTarget { error, texels: None })
+}
+
+/// Does the same on the texels of `target`.
+fn relit_on_texels(scene: &Scene, count: usize, method: Option<RelightMethod>, target: ErrorTarget) -> SolveAnswer {
     let mut settings = solve_settings();
     let stage = RelightStage::new(scene, count, settings.meshing.texels);
     settings.meshing.texels = stage.resolutions[0][0];
@@ -48,7 +53,7 @@ fn relit(scene: &Scene, count: usize, method: Option<RelightMethod>, error: f64)
             trace: None,
         },
         settings: &settings,
-        solver: SolverChoice::Hierarchy(ErrorTarget { error, texels: None }),
+        solver: SolverChoice::Hierarchy(target),
     };
     solve_request(&question, &without_progress()).unwrap()
 }
@@ -75,10 +80,17 @@ fn signed_equals_full_within_both_estimates() {
     }
 }
 
+/// A result on other texels than the solver's has none.
 #[test]
 fn open_shares_are_those_of_the_result() {
     let (scene, count) = furnished_room(bottomless_box(Vec3::ZERO, Vec3::splat(0.5)));
     let solved = relit(&scene, count, Some(RelightMethod::Signed), 0.05).solved;
+    let requested = ErrorTarget {
+        error: 0.05,
+        texels: Some(3),
+    };
+    let averaged = relit_on_texels(&scene, count, Some(RelightMethod::Signed), requested).solved;
+    assert_eq!(averaged.open, None);
     let found = open_shares(&scene, &solved.mesh);
     assert!(found.iter().any(|open| *open < 0.5));
     assert_eq!(solved.open, Some(found));

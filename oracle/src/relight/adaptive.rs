@@ -107,6 +107,7 @@ pub fn relight_adaptively(
         progress,
     };
     let (relit, history) = refine_until_converged(&problem, target.error)?;
+    let solved_texels = relit.step.resolutions.clone();
     let RelightStep {
         step,
         before,
@@ -121,7 +122,8 @@ pub fn relight_adaptively(
     run.field.radiosity = extend_to_vec4(&radiosity);
     let report = RelightReport::new(extend_to_vec4(&before), emitters, &mesh, &run);
     Ok(Solved {
-        open: Some(step.outcome.open),
+        // Means over other texels differ from these texels' own shares.
+        open: (step.resolutions == solved_texels).then_some(step.outcome.open),
         history: Some(history),
         relight: Some(report),
         ..Solved::new(settings, mesh, run)
