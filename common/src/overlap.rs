@@ -26,20 +26,19 @@ pub struct Overlaps {
     pub covered: Vec<bool>,
 }
 
-/// Finds overlapping fronts among `faces`; `ranges[k]` are the `texels` of face k. Sweep and prune along one axis: each
-/// face, in ascending order, is compared with those that have not ended before it begins. Beyond
-/// `MAX_COMPARED_PAIRS` overlaps are missed.
+/// Finds overlapping fronts among `faces`; `ranges[k]` are the `texels` of face k. Sweep and prune: each face, in ascending
+/// order of where it begins, is compared with those that have not ended before. Beyond `MAX_COMPARED_PAIRS` overlaps are
+/// missed.
 pub fn find_overlaps(faces: &[MeshFace], texels: &[Texel], ranges: &[Range<usize>]) -> Overlaps {
     let mut overlaps = Overlaps {
         pairs: Vec::new(),
         covered: vec![false; texels.len()],
     };
     let mut order = leave_out_copies(faces, ranges, &mut overlaps);
-    let boxes: Vec<[Vec3; 2]> = faces.iter().map(bounding_box).collect();
-    let axis = choose_sweep_axis(order.iter().map(|k| boxes[*k as usize]));
+    let extents = choose_sweep(faces, &order);
     let [low, high] = [0, 1].map(|end| {
-        let boxes = &boxes;
-        move |k: u32| boxes[k as usize][end][axis]
+        let extents = &extents;
+        move |k: u32| extents[k as usize][end]
     });
     order.sort_by(|a, b| low(*a).total_cmp(&low(*b)));
     let is_covered = |overlaps: &Overlaps, k: u32| overlaps.covered[ranges[k as usize].clone()].iter().all(|c| *c);
@@ -97,15 +96,32 @@ fn leave_out_copies(faces: &[MeshFace], ranges: &[Range<usize>], overlaps: &mut 
     order
 }
 
-/// Returns the axis along which boxes are shortest, relative to the extent of all.
-fn choose_sweep_axis(boxes: impl Iterator<Item = [Vec3; 2]>) -> usize {
-    let (mut all, mut sum) = ([Vec3::INFINITY, Vec3::NEG_INFINITY], Vec3::ZERO);
-    for [low, high] in boxes {
-        all = [all[0].min(low), all[1].max(high)];
-        sum += high - low;
+/// Returns where each face begins and ends, along that axis or across the planes where least of the faces in `order` meet:
+/// coplanar faces lie apart along an axis, those of a curved surface on planes of their own.
+fn choose_sweep(faces: &[MeshFace], order: &[u32]) -> Vec<[f32; 2]> {
+    let boxes: Vec<[Vec3; 2]> = faces.iter().map(bounding_box).collect();
+    let along = |axis: usize| boxes.iter().map(|ends| ends.map(|end| end[axis])).collect();
+    let across_planes = || faces.iter().map(|face| [face.plane.w; 2]).collect();
+    let sweeps: Vec<Vec<[f32; 2]>> = (0..3).map(along).chain([across_planes()]).collect();
+    let least = sweeps.into_iter().min_by_key(|extents| count_meetings(extents, order));
+    least.unwrap_or_default()
+}
+
+/// Returns how many pairs of the faces in `order` a sweep compares.
+fn count_meetings(extents: &[[f32; 2]], order: &[u32]) -> u64 {
+    let [lows, highs] = [0, 1].map(|end| {
+        let mut values: Vec<f32> = order.iter().map(|k| extents[*k as usize][end]).collect();
+        values.sort_unstable_by(f32::total_cmp);
+        values
+    });
+    let (mut ended, mut meetings) = (0, 0);
+    for (begun, low) in lows.iter().enumerate() {
+        while ended < begun && highs[ended] + SAME_PLANE_DISTANCE < *low {
+            ended += 1;
+        }
+        meetings += (begun - ended) as u64;
     }
-    let share = sum / (all[1] - all[0]).max(Vec3::splat(SAME_PLANE_DISTANCE));
-    (0..3).min_by(|a, b| share[*a].total_cmp(&share[*b])).unwrap_or(0)
+    meetings
 }
 
 fn bounding_box(face: &MeshFace) -> [Vec3; 2] {
@@ -122,4 +138,57 @@ fn faces_overlap(a: &MeshFace, b: &MeshFace) -> bool {
         edges.any(|edge| q.corners.iter().all(|corner| beyond(*edge, corner)))
     };
     same_side && same_plane && !apart(a, b) && !apart(b, a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+    use crate::scene::{Face, Scene};
+    use glam::DVec3;
+
+    fn quad(corners: [[f64; 3]; 4]) -> Face {
+        Face::quad("", corners.map(DVec3::from), Vec3::ZERO, Vec3::ONE)
+    }
+
+    /// Pairs that the sweep of `faces` compares.
+    fn compared_pairs(faces: Vec<Face>) -> u64 {
+        let scene = Scene {
+            faces,
+            ..Scene::default()
+        };
+        let faces = Mesh::uniform(&scene, 1, 1).unwrap().faces;
+        let order: Vec<u32> = (0..faces.len() as u32).collect();
+        let extents = choose_sweep(&faces, &order);
+        let meets = |[a, b]: [usize; 2]| {
+            let [[low_a, high_a], [low_b, high_b]] = [extents[a], extents[b]];
+            low_a <= high_b + SAME_PLANE_DISTANCE && low_b <= high_a + SAME_PLANE_DISTANCE
+        };
+        let pairs = (0..faces.len()).flat_map(|a| (0..a).map(move |b| [a, b]));
+        let meetings = pairs.filter(|pair| meets(*pair)).count() as u64;
+        assert_eq!(count_meetings(&extents, &order), meetings);
+        meetings
+    }
+
+    /// Tiles of a floor lie on one plane, in rows; the facets of a ball lie on planes of their own, behind each other.
+    #[test]
+    fn sweep_compares_few_pairs() {
+        let tile = |k: u32| {
+            let (x, z) = (f64::from(k % 100), f64::from(k / 100));
+            quad([[x, 0., z], [x, 0., z + 0.9], [x + 0.9, 0., z + 0.9], [x + 0.9, 0., z]])
+        };
+        let tiles: Vec<Face> = (0..200).map(tile).collect();
+        assert_eq!(compared_pairs(tiles.clone()), 100);
+        let facet = |k: u32| {
+            let at = |n: u32, m: u32| {
+                let [(across, up), (sin, cos)] = [(n, 0.15), (m, 0.3)].map(|(n, step)| (f64::from(n) * step).sin_cos());
+                [3.0 + across * cos, 2.0 + up, 5.0 + across * sin]
+            };
+            let (n, m) = (1 + k / 20, k % 20);
+            quad([at(n, m), at(n, m + 1), at(n + 1, m + 1), at(n + 1, m)])
+        };
+        let facets: Vec<Face> = (0..360).map(facet).collect();
+        let all = compared_pairs([facets, tiles[..1].to_vec()].concat());
+        assert!(all < 100, "{all}");
+    }
 }
