@@ -6,7 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::file::{self, MAX_FILE_BYTES, file_checksum, resolve_path};
-use serde_json::Value;
+use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -248,9 +248,14 @@ fn remove_outdated_files(dir: &Path, complete: &Path) {
 
 /// Returns the checksums of a result's files by name, as its `result.json` lists them; empty if it lists none.
 fn result_checksums(dir: &Path) -> BTreeMap<String, String> {
+    /// The other entries of a result of many faces are long, and are not kept.
+    #[derive(Default, Deserialize)]
+    struct ResultFiles {
+        files: BTreeMap<String, String>,
+    }
     let text = file::read_unrecorded(&dir.join("result.json"), MAX_FILE_BYTES).unwrap_or_default();
-    let description: Value = serde_json::from_slice(&text).unwrap_or_default();
-    serde_json::from_value(description["files"].clone()).unwrap_or_default()
+    let listed: ResultFiles = serde_json::from_slice(&text).unwrap_or_default();
+    listed.files
 }
 
 fn write_error(path: &Path, source: std::io::Error) -> Error {
