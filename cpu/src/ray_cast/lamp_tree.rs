@@ -289,16 +289,17 @@ impl LampTree {
 
     /// Weighs the nodes of `cut` for a receiver.
     pub fn weigh_lamps<'a>(&'a self, cut: &'a LampCut, at: Receiver) -> LampChoice<'a> {
-        let mut weights = [0.0; MAX_CUT_NODES];
-        for ((weight, node), visible) in weights.iter_mut().zip(&cut.nodes).zip(&cut.visible) {
-            *weight = self.nodes[*node as usize].light_at(&at).importance * visible;
+        let mut weight_sums = [0.0; MAX_CUT_NODES];
+        let mut total = 0.0;
+        for ((sum, node), visible) in weight_sums.iter_mut().zip(&cut.nodes).zip(&cut.visible) {
+            total += self.nodes[*node as usize].light_at(&at).importance * visible;
+            *sum = total;
         }
         LampChoice {
             tree: self,
             cut,
             at,
-            total: weights.iter().sum(),
-            weights,
+            weight_sums,
         }
     }
 }
@@ -347,11 +348,26 @@ pub struct LampChoice<'a> {
     tree: &'a LampTree,
     cut: &'a LampCut,
     at: Receiver,
-    weights: [f32; MAX_CUT_NODES],
-    total: f32,
+    /// The weight of each entry of the cut and of all before it.
+    weight_sums: [f32; MAX_CUT_NODES],
 }
 
 impl LampChoice<'_> {
+    /// Returns the weights of all entries before one, and of those with it.
+    fn weights_around(&self, entry: usize) -> [f32; 2] {
+        let before = entry.checked_sub(1).map_or(0.0, |last| self.weight_sums[last]);
+        [before, self.weight_sums[entry]]
+    }
+
+    /// Returns the probability of an entry; 0 if no lamp lights the receiver.
+    fn entry_probability(&self, entry: usize) -> f32 {
+        let [before, with] = self.weights_around(entry);
+        match self.weight_sums[self.cut.nodes.len() - 1] {
+            all if all > 0.0 => (with - before) / all,
+            _ => 0.0,
+        }
+    }
+
     /// Follows children from an entry of the cut down to a lamp, or to a node whose lamps are drawn by power. `takes_first`
     /// chooses, given the probability of the first child and the first place of the second. Returns the node and the
     /// probability of getting there; none if no lamp lights the receiver.
@@ -359,7 +375,7 @@ impl LampChoice<'_> {
         let tree = self.tree;
         let mut node = &tree.nodes[self.cut.nodes[entry] as usize];
         let mut even = node.light_at(&self.at).even;
-        let mut probability = self.weights[entry] / self.total;
+        let mut probability = self.entry_probability(entry);
         while !even && let Some(children) = node.children {
             let children = children.map(|k| &tree.nodes[k as usize]);
             let lights = children.map(|child| child.light_at(&self.at));
@@ -378,19 +394,13 @@ impl LampChoice<'_> {
 
     /// Draws a lamp by `number` in [0, 1); none if none was found that lights the receiver.
     pub fn draw_lamp(&self, number: f32) -> Option<DrawnLamp> {
-        let mut left = number * self.total;
-        let mut entry = self.weights.iter().position(|weight| *weight > 0.0)?;
-        // Rounding may leave a rest at the end: the last of them gets it.
-        for k in entry + 1..self.cut.nodes.len() {
-            if left < self.weights[entry] {
-                break;
-            }
-            if self.weights[k] > 0.0 {
-                left -= self.weights[entry];
-                entry = k;
-            }
-        }
-        let mut number = (left / self.weights[entry]).clamp(0.0, 1.0 - f32::EPSILON);
+        let sums = &self.weight_sums[..self.cut.nodes.len()];
+        let all = sums.last().filter(|all| **all > 0.0)?;
+        // Of the entries whose sums are the same only the first has weight; a product that rounds to all draws the last.
+        let drawn = (number * all).min(all.next_down());
+        let entry = sums.partition_point(|sum| *sum <= drawn);
+        let [before, with] = self.weights_around(entry);
+        let mut number = ((drawn - before) / (with - before)).clamp(0.0, 1.0 - f32::EPSILON);
         let (node, probability) = self.descend(entry, |share, _| {
             let first = number < share;
             number = match first {
@@ -415,7 +425,7 @@ impl LampChoice<'_> {
         };
         let not_after = |node: &u32| tree.nodes[*node as usize].lamps[0] <= place;
         let entry = self.cut.nodes.partition_point(not_after) - 1;
-        if self.weights[entry] <= 0.0 {
+        if self.entry_probability(entry) <= 0.0 {
             return 0.0;
         }
         match self.descend(entry, |_, second| place < second) {
