@@ -2,13 +2,13 @@
 //!
 //! Ray n of a texel is a pair: one ray in a direction drawn by the cosine, and one to a point of a lamp that is drawn by
 //! [`LampTree`] and [`SeenLamp`], or where light enters from outside ([`SkyLight`]). What either brings of a light is
-//! weighted by the balance heuristic (Veach & Guibas 1995), so that near and large lamps cause as little noise as far and
-//! small ones.
+//! weighted by the power heuristic (Veach & Guibas 1995), so that near and large lamps cause as little noise as far and small
+//! ones.
 
 use super::lamp_tree::{LampChoice, LampCut, LampTree, MAX_CUT_NODES, Receiver};
 use super::seen_lamp::SeenLamp;
 use super::sky_light::{SkyLight, offset_to_sun};
-use super::{KeptRays, sample_variance};
+use super::{KeptRays, sample_variance, weigh_by_power};
 use crate::dense::open_points::{OpenParts, draw_point};
 use crate::space_curve::sort_along_curve;
 use common::escape::concentric_direction;
@@ -162,7 +162,11 @@ impl<'a> TexelRays<'a> {
         let (met, distance) = match self.rays.trace_ray(origin, direction, face.sheet) {
             RayEnd::Front(met, distance) => (met, distance),
             RayEnd::Back => return (NO_TEXEL, Vec3A::ZERO),
-            RayEnd::Outside => return (NO_TEXEL, self.light_from_outside(origin, direction, face.normal)),
+            RayEnd::Outside => {
+                let [by_cosine, to_sky] = self.sky_densities(origin, direction, face.normal);
+                let weight = weigh_by_power(by_cosine, by_cosine, &[to_sky]);
+                return (NO_TEXEL, self.sky_along(direction) * weight);
+            }
         };
         let point = origin + direction * distance;
         let hit = self.lookup.texel_at(met, point);
@@ -172,19 +176,27 @@ impl<'a> TexelRays<'a> {
         }
         let drawn = choice.lamp_probability(met) / self.kinds.len() as f32;
         let lamp = SeenLamp::new(&self.mesh.faces[met as usize], origin);
-        let weight = balanced_weight(&lamp, face.normal, point - origin, drawn);
-        (hit as u32, Vec3A::from(emission) * weight)
+        let [by_cosine, to_lamp] = ray_densities(&lamp, face.normal, point - origin, drawn);
+        (
+            hit as u32,
+            Vec3A::from(emission) * weigh_by_power(by_cosine, by_cosine, &[to_lamp]),
+        )
     }
 
-    /// Returns the weighted light of the sky along a ray that leaves the scene.
-    fn light_from_outside(&self, origin: Vec3, direction: Vec3, normal: Vec3) -> Vec3A {
-        let Some(sky) = &self.sky else {
-            return Vec3A::ZERO;
-        };
-        let by_cosine = normal.dot(direction).max(0.0) / PI;
-        let drawn = sky.direction_density(origin, direction) / self.kinds.len().max(1) as f32;
-        let weight = by_cosine / (by_cosine + drawn).max(f32::MIN_POSITIVE);
-        Vec3A::from(sky.radiosity_along(direction)) * weight
+    /// Returns the radiosity of the sky in a direction.
+    fn sky_along(&self, direction: Vec3) -> Vec3A {
+        let sky = self.sky.as_ref();
+        sky.map_or(Vec3A::ZERO, |sky| Vec3A::from(sky.radiosity_along(direction)))
+    }
+
+    /// Returns the densities of a direction out of the scene, 1/sr, among rays by the cosine and among those to the sky.
+    fn sky_densities(&self, origin: Vec3, direction: Vec3, normal: Vec3) -> [f32; 2] {
+        let sky = self.sky.as_ref();
+        let density = sky.map_or(0.0, |sky| sky.direction_density(origin, direction));
+        [
+            normal.dot(direction).max(0.0) / PI,
+            density / self.kinds.len().max(1) as f32,
+        ]
     }
 
     /// Traces a ray from a point of face `f` to a point of a light.
@@ -199,8 +211,9 @@ impl<'a> TexelRays<'a> {
             (Some(LightKind::Sky), Some(sky)) => {
                 let offset = sky.draw_point(number.fract(), [u, v]) - origin;
                 let direction = offset.normalize_or_zero();
-                match normal.dot(direction) > 0.0 && self.rays.is_visible(origin, origin + offset, [f; 2]) {
-                    true => from_outside(self.light_from_outside(origin, direction, normal)),
+                let [by_cosine, to_sky] = self.sky_densities(origin, direction, normal);
+                match by_cosine > 0.0 && self.rays.is_visible(origin, origin + offset, [f; 2]) {
+                    true => from_outside(self.sky_along(direction) * weigh_by_power(by_cosine, to_sky, &[by_cosine])),
                     false => from_outside(Vec3A::ZERO),
                 }
             }
@@ -228,7 +241,8 @@ impl<'a> TexelRays<'a> {
         let seen = SeenLamp::new(face, origin);
         let ray = seen.draw_ray([u, v]);
         let point = origin + ray;
-        let weight = balanced_weight(&seen, normal, ray, lamp.probability / self.kinds.len() as f32);
+        let [by_cosine, to_lamp] = ray_densities(&seen, normal, ray, lamp.probability / self.kinds.len() as f32);
+        let weight = weigh_by_power(by_cosine, to_lamp, &[by_cosine]);
         let mut light = Vec3A::ZERO;
         if weight > 0.0 && self.rays.is_visible(origin, point, [f, lamp.lamp]) {
             let emission = self.mesh.texels[self.lookup.texel_at(lamp.lamp, point)].emission;
@@ -342,15 +356,15 @@ impl RayRecord {
     }
 }
 
-/// Returns the irradiance that a `ray` to a point of `lamp` brings for an emission of 1 on a surface of this `normal`:
-/// the integrand over the sum of both rays' densities. `drawn` is the probability of the lamp.
-fn balanced_weight(lamp: &SeenLamp, normal: Vec3, ray: Vec3, drawn: f32) -> f32 {
+/// Returns the densities of a `ray` to a point of `lamp` from a surface of this `normal`, 1/sr: that of rays by the cosine,
+/// which for an emission of 1 is the irradiance by solid angle, too, and that of rays to the lamp, which is `drawn` with this
+/// probability. They are 0 where no light goes along the ray.
+fn ray_densities(lamp: &SeenLamp, normal: Vec3, ray: Vec3, drawn: f32) -> [f32; 2] {
     let [received, sent] = [normal.dot(ray), -lamp.normal.dot(ray)];
     if received > 0.0 && sent > 0.0 {
-        let by_cosine = received / (PI * ray.length());
-        by_cosine / (by_cosine + drawn * lamp.direction_density(ray))
+        [received / (PI * ray.length()), drawn * lamp.direction_density(ray)]
     } else {
-        0.0
+        [0.0; 2]
     }
 }
 
