@@ -21,8 +21,10 @@ use cpu::dense::open_points::OpenParts;
 use cpu::ray_cast::{Halves, RaySolve, count_traced_rays, grown_rays};
 use glam::{DVec3, Vec3A};
 
-/// Noise at which the texels are judged, as a multiple of the requested error.
+/// Noise at which [`ROUGH_TEXELS`] are judged, as a multiple of the requested error.
 const ROUGH_NOISE: f64 = 2.0;
+/// See [`ROUGH_NOISE`].
+const ROUGH_TEXELS: f64 = 4096.0;
 /// Largest error of the texels of the last step, as a share of the requested error.
 const MAX_TEXEL_SHARE: f64 = 0.75;
 /// Error for which the texels of the next step are chosen, as a share of the requested error.
@@ -33,6 +35,8 @@ const MAX_NOISE_SHARE: f64 = 0.75;
 const MIN_NOISE_SHARE: f64 = 0.5;
 /// Noise that is aimed at, as a share of what the error of the texels leaves.
 const AIMED_NOISE_SHARE: f64 = 0.95;
+/// Noise that is accepted over that which is aimed at.
+const NOISE_TOLERANCE: f64 = 1.05;
 /// Share of the progress after which the first rays are traced, and in which the change is measured.
 const FIRST_RAYS_PROGRESS: f64 = 0.4;
 /// See [`FIRST_RAYS_PROGRESS`].
@@ -89,6 +93,10 @@ pub(super) fn refine_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<(Sol
             break;
         }
         texels = choose_next(problem, &last, error);
+        if texels == last.step.resolutions {
+            history.stop_reason = Some("more rays would be too many".into());
+            break;
+        }
     }
     history.links = last.step.outcome.links;
     history.last_change = Some(last.change);
@@ -113,7 +121,7 @@ pub(super) fn forecast_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<Ra
     let rays_for = |noise: f64| grown_rays(second.step.outcome.links, [before, after], ratio(noise));
     let rays = rays_for(aimed_noise(error, texel_error));
     let rough = if again {
-        count_traced_rays(rays_for(ROUGH_NOISE * error), after)
+        count_traced_rays(rays_for(rough_noise(error, after)), after)
     } else {
         0
     };
@@ -162,6 +170,12 @@ fn aimed_noise(error: f64, texel_error: f64) -> f64 {
     (AIMED_NOISE_SHARE * left).clamp(MIN_NOISE_SHARE * error, MAX_NOISE_SHARE * error)
 }
 
+/// Returns the noise at which these many `texels` are judged. Their squared change is a sum over texels of products of the two
+/// halves: its own noise is the squared noise over the root of their number.
+fn rough_noise(error: f64, texels: u64) -> f64 {
+    ROUGH_NOISE * error * (texels as f64 / ROUGH_TEXELS).max(1.0).powf(0.25)
+}
+
 /// Whether a step is solved to the noise that its texels leave of the error.
 #[derive(Clone, Copy, PartialEq)]
 enum Finish {
@@ -189,7 +203,7 @@ fn solve_on_texels(problem: &AdaptiveSolve, texels: Vec<[u32; 2]>, error: f64, f
         let mut watch = step_progress(progress, &name);
         let mut found = traced.measure_at_noise(f64::INFINITY, &mut |done| watch(FIRST_RAYS_PROGRESS * done))?;
         let mut later = |done| watch(FIRST_RAYS_PROGRESS + (1.0 - FIRST_RAYS_PROGRESS) * done);
-        found = traced.reduce_noise(found, ROUGH_NOISE * error, &mut later)?;
+        found = traced.reduce_noise(found, rough_noise(error, traced.count_compared()), &mut later)?;
         let suffices = finish == Finish::IfTexelsSuffice && found.change.total <= MAX_TEXEL_SHARE * error;
         if suffices || finish == Finish::Always {
             let name = format!("solving to {:.2} %", 100.0 * error);
@@ -213,14 +227,18 @@ struct TracedStep<'a> {
 }
 
 impl TracedStep<'_> {
-    /// Adds rays until the noise of B on the requested texels is about `noise`.
-    fn reduce_noise(&mut self, found: RayStep, noise: f64, watch: ProgressCallback) -> Result<RayStep> {
-        if found.change.noise <= noise {
-            return Ok(found);
+    /// Adds rays until the noise of B on the requested texels is about `noise`, or no more are kept.
+    fn reduce_noise(&mut self, mut found: RayStep, noise: f64, watch: ProgressCallback) -> Result<RayStep> {
+        while found.change.noise > noise * NOISE_TOLERANCE {
+            // That of means over requested texels falls about as that of the texels.
+            let of_texels = found.step.relative_noise() * noise / found.change.noise;
+            let rays = found.step.outcome.links;
+            found = self.measure_at_noise(of_texels, watch)?;
+            if found.step.outcome.links == rays {
+                break;
+            }
         }
-        // That of means over requested texels falls as that of the texels.
-        let of_texels = found.step.relative_noise();
-        self.measure_at_noise(of_texels * noise / found.change.noise, watch)
+        Ok(found)
     }
 
     /// Solves to a noise of the texels, and measures by how much the light changes if they are merged.
@@ -273,6 +291,13 @@ impl TracedStep<'_> {
             }
         }
         weights
+    }
+
+    /// Returns the number of all texels on which a change is measured.
+    fn count_compared(&self) -> u64 {
+        (0..self.texels.len())
+            .map(|f| count_texels(&[self.compared_texels(f)]))
+            .sum()
     }
 
     /// Returns the texels of face `f` on which a change is measured: the merged ones, or the requested ones if those are larger.
