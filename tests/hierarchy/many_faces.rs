@@ -1,11 +1,13 @@
 //! A body of many faces in a room is lit correctly, whichever face blocked a ray before.
 
+use common::import::{ImportOptions, load_scene};
 use common::mesh::Mesh;
 use common::rays::{LineOfSight, NO_FACE, Rays};
 use common::scene::Scene;
 use cpu::ray_cast::residual::gather_residual_by_rays;
 use cpu::ray_cast::solve_by_rays;
 use glam::{DVec3, Vec3};
+use radiosity_tests::radiance_files::data_folder;
 use radiosity_tests::solutions::{dense_truth_on, error_against, solve_to_error};
 use radiosity_tests::{ball, lit_room};
 use std::cell::Cell;
@@ -82,4 +84,18 @@ fn noise_of_a_solve_shows_in_its_residual_by_rays() {
     for (off, told) in off.into_iter().zip(told) {
         assert!((0.6..1.6).contains(&(off / told)), "{off} off, {told} told");
     }
+}
+
+/// A hundred lamps among 10 133 faces: the noise of means over four requested texels falls less than that of the texels.
+#[test]
+fn means_over_requested_texels_have_the_noise_that_is_aimed_at() {
+    let Some(data) = data_folder() else { return };
+    let mut scene = load_scene(&data.join("meshes/dungeon.obj"), &ImportOptions::default()).unwrap();
+    for (k, face) in scene.faces.iter_mut().enumerate() {
+        face.reflectance = Vec3::splat(0.6);
+        face.emission = Vec3::splat(if k % 100 == 0 { 30.0 } else { 0.0 });
+    }
+    let requested = 0.03;
+    let estimate = solve_to_error(&scene, requested, 2).estimate.unwrap();
+    assert!(estimate.error <= requested, "{}", estimate.error);
 }
