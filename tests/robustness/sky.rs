@@ -3,9 +3,11 @@
 use common::capture::Panorama;
 use common::capture::sky::{even_sky, panorama_sky};
 use common::energy::EnergyBalance;
+use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::settings::Visibility;
 use common::sky::{Sky, Sun};
+use cpu::ray_cast::solve_by_rays;
 use glam::{DVec3, Vec3};
 use oracle::solve::dense::dense_settings;
 use oracle::solve::progress::without_progress;
@@ -17,6 +19,7 @@ use radiosity_tests::engines::{item_buffer, settings_of, shared_gpu};
 use radiosity_tests::factor_cases::rectangle;
 use radiosity_tests::{ball, box_faces, named_scene};
 use std::f64::consts::PI;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Requested error.
@@ -119,6 +122,23 @@ fn wall_beside_the_floor_hides_its_form_factor() {
     // Squares with a common edge: F = 0.20004 (Howell, C-14).
     let scene = under_sky("wall", vec![floor_face(), wall], even_sky(1.0));
     assert_irradiance(&scene, PI * (1.0 - 0.200_04), ERROR);
+}
+
+/// Rays by the cosine and rays to the sky share its light.
+#[test]
+fn rays_bring_the_light_of_the_sky_once() {
+    let wall = rectangle([-1.0, 0.0, -1.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
+    let wall = Face::quad("wall", wall, Vec3::ZERO, Vec3::ZERO);
+    let scene = under_sky("wall", vec![floor_face(), wall], even_sky(1.0));
+    let mut mesh = Mesh::uniform(&scene, TEXELS, 1).unwrap();
+    solve_by_rays(&scene, &mut mesh, ERROR as f32, &mut |_| ControlFlow::Continue(())).unwrap();
+    let floor = mesh.texels.iter().filter(|texel| texel.face == 0);
+    let (sum, area) = floor.fold((0.0, 0.0), |(sum, area), texel| {
+        (sum + texel.sky.x * texel.area, area + texel.area)
+    });
+    // Squares with a common edge: F = 0.20004 (Howell, C-14).
+    let off = f64::from(sum / area) / (PI * (1.0 - 0.200_04)) - 1.0;
+    assert!(off.abs() < ERROR, "{off}");
 }
 
 #[test]
