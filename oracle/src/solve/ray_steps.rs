@@ -41,6 +41,8 @@ const NOISE_TOLERANCE: f64 = 1.05;
 const FIRST_RAYS_PROGRESS: f64 = 0.4;
 /// See [`FIRST_RAYS_PROGRESS`].
 const CHANGE_PROGRESS: f64 = 0.1;
+/// Share of the remaining progress in which rays are added once.
+const ADDED_RAYS_PROGRESS: f64 = 0.9;
 
 /// A step on given texels.
 struct RayStep {
@@ -229,11 +231,14 @@ struct TracedStep<'a> {
 impl TracedStep<'_> {
     /// Adds rays until the noise of B on the requested texels is about `noise`, or no more are kept.
     fn reduce_noise(&mut self, mut found: RayStep, noise: f64, watch: ProgressCallback) -> Result<RayStep> {
+        let mut before = 0.0;
         while found.change.noise > noise * NOISE_TOLERANCE {
             // That of means over requested texels falls about as that of the texels.
             let of_texels = found.step.relative_noise() * noise / found.change.noise;
             let rays = found.step.outcome.links;
-            found = self.measure_at_noise(of_texels, watch)?;
+            let span = (1.0 - before) * ADDED_RAYS_PROGRESS;
+            found = self.measure_at_noise(of_texels, &mut |done| watch(before + span * done))?;
+            before += span;
             if found.step.outcome.links == rays {
                 break;
             }
