@@ -96,8 +96,8 @@ fn leave_out_copies(faces: &[MeshFace], ranges: &[Range<usize>], overlaps: &mut 
     order
 }
 
-/// Returns where each face begins and ends, along that axis or across the planes where least of the faces in `order` meet:
-/// coplanar faces lie apart along an axis, those of a curved surface on planes of their own.
+/// Returns where each face begins and ends along one axis, or by its plane's distance: whichever compares the fewest pairs of
+/// the faces in `order`. Coplanar faces lie apart along an axis, those of a curved surface on planes of their own.
 fn choose_sweep(faces: &[MeshFace], order: &[u32]) -> Vec<[f32; 2]> {
     let boxes: Vec<[Vec3; 2]> = faces.iter().map(bounding_box).collect();
     let along = |axis: usize| boxes.iter().map(|ends| ends.map(|end| end[axis])).collect();
@@ -147,12 +147,12 @@ mod tests {
     use crate::scene::{Face, Scene};
     use glam::DVec3;
 
-    fn quad(corners: [[f64; 3]; 4]) -> Face {
+    fn white_quad(corners: [[f64; 3]; 4]) -> Face {
         Face::quad("", corners.map(DVec3::from), Vec3::ZERO, Vec3::ONE)
     }
 
-    /// Pairs that the sweep of `faces` compares.
-    fn compared_pairs(faces: Vec<Face>) -> u64 {
+    /// Returns how many pairs the sweep of `faces` compares.
+    fn count_compared_pairs(faces: Vec<Face>) -> u64 {
         let scene = Scene {
             faces,
             ..Scene::default()
@@ -175,20 +175,20 @@ mod tests {
     fn sweep_compares_few_pairs() {
         let tile = |k: u32| {
             let (x, z) = (f64::from(k % 100), f64::from(k / 100));
-            quad([[x, 0., z], [x, 0., z + 0.9], [x + 0.9, 0., z + 0.9], [x + 0.9, 0., z]])
+            white_quad([[x, 0., z], [x, 0., z + 0.9], [x + 0.9, 0., z + 0.9], [x + 0.9, 0., z]])
         };
         let tiles: Vec<Face> = (0..200).map(tile).collect();
-        assert_eq!(compared_pairs(tiles.clone()), 100);
+        assert_eq!(count_compared_pairs(tiles.clone()), 100);
         let facet = |k: u32| {
             let at = |n: u32, m: u32| {
                 let [(across, up), (sin, cos)] = [(n, 0.15), (m, 0.3)].map(|(n, step)| (f64::from(n) * step).sin_cos());
                 [3.0 + across * cos, 2.0 + up, 5.0 + across * sin]
             };
             let (n, m) = (1 + k / 20, k % 20);
-            quad([at(n, m), at(n, m + 1), at(n + 1, m + 1), at(n + 1, m)])
+            white_quad([at(n, m), at(n, m + 1), at(n + 1, m + 1), at(n + 1, m)])
         };
         let facets: Vec<Face> = (0..360).map(facet).collect();
-        let all = compared_pairs([facets, tiles[..1].to_vec()].concat());
+        let all = count_compared_pairs([facets, tiles[..1].to_vec()].concat());
         assert!(all < 100, "{all}");
     }
 }

@@ -247,16 +247,6 @@ pub fn growth_for(noise: f32, wanted: f32) -> f32 {
     (noise / wanted).powf(2.0 / VARIANCE_EXPONENT)
 }
 
-/// Returns what a ray counts for: an `integrand` over the density of the rays that are drawn as it is, its `own`, weighted by
-/// the power heuristic against the densities of `others` (Veach & Guibas 1995).
-fn weigh_by_power(integrand: f32, own: f32, others: &[f32]) -> f32 {
-    if integrand <= 0.0 || own <= 0.0 {
-        return 0.0;
-    }
-    let ratio = |other: &f32| (other / own) * (other / own);
-    integrand / own / (1.0 + others.iter().map(ratio).sum::<f32>())
-}
-
 /// Returns the variance of `count` values from their sum and that of their squares.
 fn sample_variance(sum: Vec3A, squares: Vec3A, count: usize) -> Vec3A {
     let share = 1.0 / count.max(1) as f32;
@@ -587,26 +577,5 @@ impl<'a> RaySolver<'a> {
             passes: self.passes,
             converged: bounces.converged,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// However rays are drawn, they bring the whole integrand together.
-    #[test]
-    fn weighted_rays_bring_the_integrand_once() {
-        for densities in [[1.0, 2.0, 0.5], [1e-6, 30.0, 1e6], [0.0, 0.3, 0.0]] {
-            let brought = |k: usize| {
-                let others = [1, 2].map(|next| densities[(k + next) % 3]);
-                densities[k] * weigh_by_power(0.7, densities[k], &others)
-            };
-            let sum: f32 = (0..3).map(brought).sum();
-            assert!((sum - 0.7).abs() < 1e-6, "{densities:?}: {sum}");
-        }
-        // A ray that another kind draws at once brings nothing; nor does one that none draws.
-        assert_eq!(weigh_by_power(0.7, 0.1, &[f32::INFINITY]), 0.0);
-        assert_eq!(weigh_by_power(0.0, 0.0, &[0.0]), 0.0);
     }
 }

@@ -8,7 +8,7 @@
 use super::lamp_tree::{LampChoice, LampCut, LampTree, MAX_CUT_NODES, Receiver};
 use super::seen_lamp::SeenLamp;
 use super::sky_light::{SkyLight, offset_to_sun};
-use super::{KeptRays, sample_variance, weigh_by_power};
+use super::{KeptRays, sample_variance};
 use crate::dense::open_points::{OpenParts, draw_point};
 use crate::space_curve::sort_along_curve;
 use common::escape::concentric_direction;
@@ -164,7 +164,7 @@ impl<'a> TexelRays<'a> {
             RayEnd::Back => return (NO_TEXEL, Vec3A::ZERO),
             RayEnd::Outside => {
                 let [by_cosine, to_sky] = self.sky_densities(origin, direction, face.normal);
-                let weight = weigh_by_power(by_cosine, by_cosine, &[to_sky]);
+                let weight = weigh_by_power(by_cosine, by_cosine, to_sky);
                 return (NO_TEXEL, self.sky_along(direction) * weight);
             }
         };
@@ -179,7 +179,7 @@ impl<'a> TexelRays<'a> {
         let [by_cosine, to_lamp] = ray_densities(&lamp, face.normal, point - origin, drawn);
         (
             hit as u32,
-            Vec3A::from(emission) * weigh_by_power(by_cosine, by_cosine, &[to_lamp]),
+            Vec3A::from(emission) * weigh_by_power(by_cosine, by_cosine, to_lamp),
         )
     }
 
@@ -213,7 +213,7 @@ impl<'a> TexelRays<'a> {
                 let direction = offset.normalize_or_zero();
                 let [by_cosine, to_sky] = self.sky_densities(origin, direction, normal);
                 match by_cosine > 0.0 && self.rays.is_visible(origin, origin + offset, [f; 2]) {
-                    true => from_outside(self.sky_along(direction) * weigh_by_power(by_cosine, to_sky, &[by_cosine])),
+                    true => from_outside(self.sky_along(direction) * weigh_by_power(by_cosine, to_sky, by_cosine)),
                     false => from_outside(Vec3A::ZERO),
                 }
             }
@@ -242,7 +242,7 @@ impl<'a> TexelRays<'a> {
         let ray = seen.draw_ray([u, v]);
         let point = origin + ray;
         let [by_cosine, to_lamp] = ray_densities(&seen, normal, ray, lamp.probability / self.kinds.len() as f32);
-        let weight = weigh_by_power(by_cosine, to_lamp, &[by_cosine]);
+        let weight = weigh_by_power(by_cosine, to_lamp, by_cosine);
         let mut light = Vec3A::ZERO;
         if weight > 0.0 && self.rays.is_visible(origin, point, [f, lamp.lamp]) {
             let emission = self.mesh.texels[self.lookup.texel_at(lamp.lamp, point)].emission;
@@ -356,6 +356,16 @@ impl RayRecord {
     }
 }
 
+/// Returns what a ray counts for: an `integrand` over the density `own` of the rays that are drawn as it is, weighted by the
+/// power heuristic against the density of the `other` rays (Veach & Guibas 1995).
+fn weigh_by_power(integrand: f32, own: f32, other: f32) -> f32 {
+    if integrand <= 0.0 || own <= 0.0 {
+        return 0.0;
+    }
+    let ratio = other / own;
+    integrand / own / (1.0 + ratio * ratio)
+}
+
 /// Returns the densities of a `ray` to a point of `lamp` from a surface of this `normal`, 1/sr: that of rays by the cosine,
 /// which for an emission of 1 is the irradiance by solid angle, too, and that of rays to the lamp, which is `drawn` with this
 /// probability. They are 0 where no light goes along the ray.
@@ -373,6 +383,18 @@ mod tests {
     use super::*;
     use common::scene::{Face, Scene};
     use glam::{DMat3, DVec3, EulerRot};
+
+    /// However rays are drawn, they bring the whole integrand together.
+    #[test]
+    fn weighted_rays_bring_the_integrand_once() {
+        for [a, b] in [[1.0, 2.0], [1e-6, 1e6], [0.0, 0.3]] {
+            let sum = a * weigh_by_power(0.7, a, b) + b * weigh_by_power(0.7, b, a);
+            assert!((sum - 0.7).abs() < 1e-6, "{a} {b}: {sum}");
+        }
+        // A ray that the others draw at once brings nothing; nor does one that none draws.
+        assert_eq!(weigh_by_power(0.7, 0.1, f32::INFINITY), 0.0);
+        assert_eq!(weigh_by_power(0.0, 0.0, 0.0), 0.0);
+    }
 
     /// The six sides of a box, with their fronts inside or outside.
     fn box_sides([low, high]: [DVec3; 2], inside: bool) -> impl Iterator<Item = Face> {

@@ -114,19 +114,17 @@ pub(super) fn forecast_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<Ra
     let traced = |step: &RayStep| count_traced_rays(step.step.outcome.links, step.step.mesh.texels.len() as u64);
     let known = traced(&first) + traced(&second);
     let before = second.step.mesh.texels.len() as u64;
-    let (after, again) = match second.change.total > MAX_TEXEL_SHARE * error {
-        true => (count_texels(&choose_next(problem, &second, error)), true),
-        false => (before, false),
-    };
+    let next = (second.change.total > MAX_TEXEL_SHARE * error).then(|| choose_next(problem, &second, error));
+    let after = next.as_ref().map_or(before, |texels| count_texels(texels));
     let texel_error = second.change.total.min(NEXT_TEXEL_SHARE * error);
     let ratio = |noise: f64| (second.change.noise / noise).max(1.0) as f32;
     let rays_for = |noise: f64| grown_rays(second.step.outcome.links, [before, after], ratio(noise));
     let rays = rays_for(aimed_noise(error, texel_error));
-    let rough = if again {
-        count_traced_rays(rays_for(rough_noise(error, after)), after)
-    } else {
-        0
+    let judge = |texels: Vec<[u32; 2]>| {
+        let noise = rough_noise(error, count_texels(&compared_texels(problem, &texels)));
+        count_traced_rays(rays_for(noise), after)
     };
+    let rough = next.map_or(0, judge);
     Ok(RayForecast {
         step: second.step,
         kept: [after, rays],
@@ -205,7 +203,8 @@ fn solve_on_texels(problem: &AdaptiveSolve, texels: Vec<[u32; 2]>, error: f64, f
         let mut watch = step_progress(progress, &name);
         let mut found = traced.measure_at_noise(f64::INFINITY, &mut |done| watch(FIRST_RAYS_PROGRESS * done))?;
         let mut later = |done| watch(FIRST_RAYS_PROGRESS + (1.0 - FIRST_RAYS_PROGRESS) * done);
-        found = traced.reduce_noise(found, rough_noise(error, traced.count_compared()), &mut later)?;
+        let compared = count_texels(&compared_texels(problem, &texels));
+        found = traced.reduce_noise(found, rough_noise(error, compared), &mut later)?;
         let suffices = finish == Finish::IfTexelsSuffice && found.change.total <= MAX_TEXEL_SHARE * error;
         if suffices || finish == Finish::Always {
             let name = format!("solving to {:.2} %", 100.0 * error);
@@ -259,7 +258,7 @@ impl TracedStep<'_> {
         let faces = &self.problem.scene().faces;
         let order = self.mesh.texels_in_face_order();
         let first = first_texels(self.texels);
-        let compared: Vec<[u32; 2]> = (0..faces.len()).map(|f| self.compared_texels(f)).collect();
+        let compared = compared_texels(self.problem, self.texels);
         let mean = |f: usize, half: usize| {
             let own = order[first[f]..first[f + 1]].iter();
             let values: Vec<DVec3> = own.map(|k| merged.reflected[*k][half].as_dvec3()).collect();
@@ -297,18 +296,14 @@ impl TracedStep<'_> {
         }
         weights
     }
+}
 
-    /// Returns the number of all texels on which a change is measured.
-    fn count_compared(&self) -> u64 {
-        (0..self.texels.len())
-            .map(|f| count_texels(&[self.compared_texels(f)]))
-            .sum()
-    }
-
-    /// Returns the texels of face `f` on which a change is measured: the merged ones, or the requested ones if those are larger.
-    fn compared_texels(&self, f: usize) -> [u32; 2] {
-        let merged = halve_even(self.texels[f]);
-        let requested = self.problem.requested_texels(f);
-        requested.map_or(merged, |requested| coarser_texels(merged, requested))
-    }
+/// Returns the texels of each face on which a change is measured: the merged ones, or the requested ones if those are larger.
+fn compared_texels(problem: &AdaptiveSolve, texels: &[[u32; 2]]) -> Vec<[u32; 2]> {
+    let merged = texels.iter().map(|texels| halve_even(*texels)).enumerate();
+    let compared = merged.map(|(f, merged)| match problem.requested_texels(f) {
+        Some(requested) => coarser_texels(merged, requested),
+        None => merged,
+    });
+    compared.collect()
 }
