@@ -68,6 +68,7 @@ impl HierarchicalSolver<'_> {
             irradiance: whole.map(|(h, (rest, open))| *h + *rest * *open).collect(),
             residual: unshot.map(|(unshot, open)| *unshot * *open).collect(),
             noise: vec![Vec3::ZERO; self.open.len()],
+            removed: Vec::new(),
             coarse_error,
             open: self.open,
             links: self.links,

@@ -103,6 +103,9 @@ pub struct TexelSolution {
     pub open: Vec<f32>,
     /// Half of the difference between each texel's H of either half of its rays; its square is the variance of H.
     pub noise: Vec<Vec3>,
+    /// What smoothing removed from each texel's H of either half: the product is the squared error of that in the mean. Empty
+    /// without smoothing.
+    pub removed: Vec<[Vec3; 2]>,
     /// Error of the coarse light at each texel, relative to the RMS of the reflected light.
     pub coarse_error: Vec<f32>,
     /// Links from nodes to texels or coarse nodes, over all steps.

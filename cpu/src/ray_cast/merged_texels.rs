@@ -1,7 +1,7 @@
 //! Texels merged two by two, each with its neighbours of the same face: where the light of the merged ones differs, texels
 //! are too large.
 
-use super::texel_rays::Halves;
+use super::Halves;
 use common::mesh::Mesh;
 use common::resample::halve_even;
 use common::texel::{Texel, TexelKind, triangle_index};

@@ -17,6 +17,7 @@ pub mod relight;
 pub mod residual;
 mod seen_lamp;
 mod sky_light;
+mod smooth_light;
 mod texel_blocks;
 mod texel_rays;
 
@@ -30,19 +31,24 @@ use common::{Error, Result};
 use glam::{DVec3, Vec3, Vec3A};
 use merged_texels::MergedTexels;
 use sky_light::SkyLight;
+use smooth_light::PART_COUNT;
 use std::ops::ControlFlow;
 use texel_blocks::TexelBlocks;
-pub use texel_rays::Halves;
 use texel_rays::TexelRays;
 
-/// Least number of rays of each half of a texel.
-const MIN_RAY_COUNT: f32 = 2.0;
+/// A value for each half of the rays.
+pub type Halves = [Vec3A; 2];
+
+/// Least number of rays of each half of a texel: one of each part. All numbers are multiples of it.
+const MIN_RAY_COUNT: u32 = PART_COUNT as u32;
 /// Largest number of rays of each half of a texel, as far as the Sobol sequence goes.
-const MAX_RAY_COUNT: f32 = 65_535.0;
+const MAX_RAY_COUNT: u32 = 65_536 - MIN_RAY_COUNT;
 /// Largest number of bytes in which the rays of both halves are kept.
 const MAX_RAY_BYTES: u64 = 1 << 29;
 /// Largest growth of a texel's number of rays in one round.
 const MAX_RAY_GROWTH: f32 = 16.0;
+/// Least growth, since each round iterates all bounces anew.
+const MIN_RAY_GROWTH: f32 = 1.1;
 /// Growth above which rays are distributed anew, and those traced so far discarded.
 const MIN_DISCARD_GROWTH: f32 = 3.0;
 /// The noise variance of n stratified rays falls as n to minus this power.
@@ -102,6 +108,11 @@ impl<'a> RaySolve<'a> {
         })
     }
 
+    /// Smooths the light of later solves where that makes its error smaller.
+    pub fn smooth_light(&mut self) {
+        self.traced.smooth_later_light();
+    }
+
     /// Traces rays until the RMS noise is `noise` relative to the reflected light.
     ///
     /// Errors: [`Error::Interrupted`].
@@ -115,13 +126,7 @@ impl<'a> RaySolve<'a> {
     pub fn change_if_merged(&mut self, watch: ProgressCallback) -> Result<MergedChange> {
         let merged = MergedTexels::new(self.solver.mesh, self.solver.open);
         let coarse = self.solver.iterate_bounces(&self.traced, Some(&merged), watch)?;
-        let sent = |(h, rho): (&Halves, &Vec3A)| h.map(|h| h * *rho);
-        let sent: Vec<Halves> = coarse
-            .received
-            .iter()
-            .zip(&self.solver.open_reflectance())
-            .map(sent)
-            .collect();
+        let sent = self.solver.radiosity_of_halves(&coarse.received);
         let mut means = sent.clone();
         merged.average_groups(&mut means);
         let Some(fine) = &self.solver.last else {
@@ -223,6 +228,10 @@ trait KeptRays: Sync {
     /// Returns F times a radiosity, for each half.
     fn gather_radiosity(&self, radiosity: &[Halves]) -> Vec<Halves>;
 
+    /// Returns the light of each texel, that of the lamps and of a radiosity, smoothed over clusters of texels; none if these
+    /// rays are not to be smoothed. The error of each texel counts by its weight.
+    fn smooth_light(&self, radiosity: &[Halves], weight: &[Vec3A]) -> Option<Vec<Halves>>;
+
     /// Returns the variance of what a ray of each texel brings, by channel.
     fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A>;
 }
@@ -253,12 +262,15 @@ fn sample_variance(sum: Vec3A, squares: Vec3A, count: usize) -> Vec3A {
     (squares * share - (sum * share) * (sum * share)).max(Vec3A::ZERO)
 }
 
-/// Returns `count` times `growth`, at least one more.
+/// Returns the least number of rays from `count` that there may be.
+fn round_count(count: f32) -> u32 {
+    let parts = (count / MIN_RAY_COUNT as f32).ceil() as u32;
+    parts.saturating_mul(MIN_RAY_COUNT).clamp(MIN_RAY_COUNT, MAX_RAY_COUNT)
+}
+
+/// Returns `count` times `growth`, at least one more of each part.
 fn grow_count(count: u32, growth: f32) -> u32 {
-    (count as f32 * growth)
-        .ceil()
-        .max(count as f32 + 1.0)
-        .min(MAX_RAY_COUNT) as u32
+    round_count((count as f32 * growth).max((count + MIN_RAY_COUNT) as f32))
 }
 
 /// Returns `next`, reduced towards `counts` so that the total stays within `most`.
@@ -267,7 +279,8 @@ fn limit_total(mut next: Vec<u32>, counts: &[u32], most: u64) -> Vec<u32> {
     if all > most {
         let share = most as f64 / all as f64;
         for (next, n) in next.iter_mut().zip(counts) {
-            *next = ((f64::from(*next) * share) as u32).max(*n);
+            let reduced = (f64::from(*next) * share) as u32;
+            *next = (reduced - reduced % MIN_RAY_COUNT).max(*n);
         }
     }
     next
@@ -279,13 +292,25 @@ struct RayBounces {
     unshot: Vec<Halves>,
     /// H of each texel, the mean over its area, of each half.
     received: Vec<Halves>,
-    /// Mean of both halves.
+    /// Mean of both halves, smoothed if the solve smooths light.
     mean: Vec<Vec3A>,
     /// Half of their difference.
     noise: Vec<Vec3A>,
+    /// What smoothing removed from each half; empty without it.
+    removed: Vec<Halves>,
     /// ρ of each texel over the RMS of the reflected light.
     weight: Vec<Vec3A>,
     converged: bool,
+}
+
+impl RayBounces {
+    /// Replaces mean and noise by those of `smoothed` light.
+    fn replace_light(&mut self, smoothed: &[Halves]) {
+        self.mean = smoothed.iter().map(|[a, b]| 0.5 * (*a + *b)).collect();
+        self.noise = smoothed.iter().map(|[a, b]| 0.5 * (*a - *b)).collect();
+        let difference = |([a, b], [c, d]): (&Halves, &Halves)| [*a - *c, *b - *d];
+        self.removed = self.received.iter().zip(smoothed).map(difference).collect();
+    }
 }
 
 /// Sums over texels' areas of the light that they reflect, each weighted by its share.
@@ -367,7 +392,7 @@ impl<'a> RaySolver<'a> {
         // Progress before the round, and work of later rounds over that of this one.
         let (mut before, mut later) = (0.0, f64::from(growth_for(FIRST_NOISE, noise)));
         loop {
-            let bounces = match self.last.take() {
+            let mut bounces = match self.last.take() {
                 Some(known) => known,
                 None => {
                     let span = (1.0 - before) / (1.0 + later);
@@ -381,11 +406,15 @@ impl<'a> RaySolver<'a> {
                     self.iterate_bounces(traced, None, &mut watch)?
                 }
             };
+            let radiosity = self.radiosity_of_halves(&bounces.received);
+            if let Some(smoothed) = traced.smooth_light(&radiosity, &bounces.weight) {
+                bounces.replace_light(&smoothed);
+            }
             let found = self.relative_noise(&bounces);
             let learns = R::LEARNS && self.rounds == 1;
             let mut last = !learns && found <= noise || self.rounds >= MAX_TRACING_ROUNDS;
             if !last {
-                let growth = growth_for(found, noise).clamp(1.0, MAX_RAY_GROWTH);
+                let growth = growth_for(found, noise).clamp(MIN_RAY_GROWTH, MAX_RAY_GROWTH);
                 let radiosity = self.reflected_radiosity(&bounces);
                 let next = match learns || growth > MIN_DISCARD_GROWTH {
                     true => self.distribute_rays(traced, &bounces, &radiosity, growth),
@@ -420,7 +449,7 @@ impl<'a> RaySolver<'a> {
         let areas = self.sum_blocks(self.mesh.texels.iter().map(|texel| f64::from(texel.area)));
         let roots = areas.iter().map(|area| area.sqrt() as f32);
         let mean = roots.clone().sum::<f32>() / areas.len().max(1) as f32;
-        let count = |root: f32| (first * root / mean).clamp(MIN_RAY_COUNT, MAX_RAY_COUNT) as u32;
+        let count = |root: f32| round_count(first * root / mean);
         roots.map(count).collect()
     }
 
@@ -471,6 +500,7 @@ impl<'a> RaySolver<'a> {
         Ok(RayBounces {
             noise: received.iter().map(|[a, b]| 0.5 * (*a - *b)).collect(),
             weight: self.reflection_weights(&mean),
+            removed: Vec::new(),
             mean,
             received,
             unshot,
@@ -485,6 +515,12 @@ impl<'a> RaySolver<'a> {
             false => Vec3A::ZERO,
         };
         self.mesh.texels.iter().zip(self.open).map(of_open).collect()
+    }
+
+    /// Returns the reflected radiosity of each texel's open part from H of its whole area.
+    fn radiosity_of_halves(&self, received: &[Halves]) -> Vec<Halves> {
+        let reflect = |(h, rho): (&Halves, Vec3A)| h.map(|h| h * rho);
+        received.iter().zip(self.open_reflectance()).map(reflect).collect()
     }
 
     /// Returns the weight by which [`Self::relative_noise`] takes the light of each texel: ρ over the RMS of the light
@@ -510,15 +546,20 @@ impl<'a> RaySolver<'a> {
         self.mesh.texels.iter().map(weight).collect()
     }
 
-    /// Returns the RMS noise of the reflected light relative to it, in the worst channel.
+    /// Returns the RMS noise of the reflected light, and of the light that smoothing removed, relative to it, in the worst
+    /// channel.
     fn relative_noise(&self, bounces: &RayBounces) -> f32 {
-        let (mut sum, mut area) = (DVec3::ZERO, 0.0);
-        let parts = bounces.weight.iter().zip(&bounces.noise);
-        for (texel, (weight, noise)) in self.mesh.texels.iter().zip(parts) {
-            sum += Vec3::from(*weight * *noise).as_dvec3().powf(2.0) * f64::from(texel.area);
-            area += f64::from(texel.area);
+        let (mut noise, mut removed, mut area) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+        for (k, texel) in self.mesh.texels.iter().enumerate() {
+            let own = f64::from(texel.area);
+            let [a, b] = bounces.removed.get(k).copied().unwrap_or_default();
+            let [n, a, b] = [bounces.noise[k], a, b].map(|part| Vec3::from(part * bounces.weight[k]).as_dvec3());
+            noise += n * n * own;
+            removed += a * b * own;
+            area += own;
         }
-        (sum / area.max(f64::MIN_POSITIVE)).max_element().sqrt() as f32
+        let square = (noise + removed.max(DVec3::ZERO)) / area.max(f64::MIN_POSITIVE);
+        square.max_element().sqrt() as f32
     }
 
     /// Returns the radiosity of each texel's open part that is reflected of the light of `bounces`.
@@ -555,8 +596,8 @@ impl<'a> RaySolver<'a> {
         // With n = c·s, Σ s²/n is Σ s/c.
         let per_spread = f64::from(growth) * spread.iter().sum::<f64>() / now.max(f64::MIN_POSITIVE);
         let count = |(s, n): (&f64, &u32)| {
-            let most = (*n as f32 * MAX_RAY_GROWTH).min(MAX_RAY_COUNT);
-            ((per_spread * s).ceil() as f32).clamp(*n as f32, most) as u32
+            let most = round_count(*n as f32 * MAX_RAY_GROWTH);
+            round_count((per_spread * s) as f32).clamp(*n, most)
         };
         spread.iter().zip(&self.counts).map(count).collect()
     }
@@ -571,6 +612,7 @@ impl<'a> RaySolver<'a> {
                 .map(|([a, b], open)| Vec3::from(0.5 * (*a + *b)) * *open)
                 .collect(),
             noise: to_vec3(&bounces.noise),
+            removed: bounces.removed.iter().map(|halves| halves.map(Vec3::from)).collect(),
             coarse_error: vec![0.0; self.open.len()],
             open: self.open.to_vec(),
             links: self.counts.iter().map(|n| 2 * u64::from(*n)).sum(),

@@ -14,8 +14,8 @@
 
 use super::lamp_tree::{Lamp, LampChoice, LampCut, LampTree, MAX_CUT_NODES, Receiver};
 use super::texel_blocks::TexelBlocks;
-use super::texel_rays::{Halves, NO_TEXEL};
-use super::{KeptRays, sample_variance};
+use super::texel_rays::NO_TEXEL;
+use super::{Halves, KeptRays, sample_variance};
 use crate::dense::open_points::{OpenParts, draw_point};
 use crate::hierarchy::relight::RoomLight;
 use common::constants::OUTLINE_MARGIN;
@@ -469,6 +469,10 @@ impl KeptRays for PairRays<'_> {
             [0, 1].map(|half| received[half] * own.limit[half])
         };
         self.spread_over_open(self.records.par_iter().map(gather).collect())
+    }
+
+    fn smooth_light(&self, _: &[Halves], _: &[Vec3A]) -> Option<Vec<Halves>> {
+        None
     }
 
     fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A> {

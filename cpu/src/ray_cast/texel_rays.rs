@@ -8,7 +8,8 @@
 use super::lamp_tree::{LampChoice, LampCut, LampTree, MAX_CUT_NODES, Receiver};
 use super::seen_lamp::SeenLamp;
 use super::sky_light::{SkyLight, offset_to_sun};
-use super::{KeptRays, sample_variance};
+use super::smooth_light::{LightSmoother, PART_COUNT};
+use super::{Halves, KeptRays, sample_variance};
 use crate::dense::open_points::{OpenParts, draw_point};
 use crate::space_curve::sort_along_curve;
 use common::escape::concentric_direction;
@@ -23,9 +24,6 @@ use sobol_burley::sample_4d;
 use std::f32::consts::PI;
 use std::ops::ControlFlow;
 
-/// A value for each half of the rays.
-pub type Halves = [Vec3A; 2];
-
 /// Texels that choose among the same lamps.
 const TEXELS_PER_GROUP: usize = 64;
 /// Groups between two calls of the progress callback.
@@ -38,8 +36,8 @@ pub const NO_TEXEL: u32 = u32::MAX;
 struct RayRecord {
     /// The texels that the rays meet, or [`NO_TEXEL`]; the two halves alternate.
     hits: Vec<u32>,
-    /// Sum of the light from lamps and from outside, of each half.
-    lamp_light: Halves,
+    /// Sums of the light from lamps and from outside: the halves alternate, and so do the parts of each.
+    lamp_light: [Halves; PART_COUNT],
     /// Sum of the light from outside over both halves.
     sky_light: Vec3A,
     /// Sum of its squares over both halves.
@@ -80,6 +78,7 @@ pub struct TexelRays<'a> {
     cuts: Vec<LampCut>,
     /// Number of the sequence of random numbers; another one after rays were discarded.
     sequence: u32,
+    smoother: Option<LightSmoother<'a>>,
 }
 
 impl<'a> TexelRays<'a> {
@@ -109,7 +108,13 @@ impl<'a> TexelRays<'a> {
             sky,
             records: vec![RayRecord::default(); mesh.texels.len()],
             sequence: 0,
+            smoother: None,
         }
+    }
+
+    /// Has light smoothed from now on.
+    pub fn smooth_later_light(&mut self) {
+        self.smoother = Some(LightSmoother::new(self.mesh, &self.open.shares));
     }
 
     /// Draws the rays from the sequence of random numbers of this number.
@@ -148,7 +153,7 @@ impl<'a> TexelRays<'a> {
                 None => record.sky_light += drawn.light,
             }
             let light = met + drawn.light;
-            record.lamp_light[(n & 1) as usize] += light;
+            record.lamp_light[(n >> 1) as usize % PART_COUNT][(n & 1) as usize] += light;
             record.lamp_squares += light * light;
         }
         cut.count_rays(&lamp_rays);
@@ -317,7 +322,10 @@ impl KeptRays for TexelRays<'_> {
     }
 
     fn direct_light(&self) -> Vec<Halves> {
-        self.map_records(|own, open| own.lamp_light.map(|sum| sum * (own.half_share() * open)))
+        self.map_records(|own, open| {
+            let sum = |half: usize| own.lamp_light.iter().map(|part| part[half]).sum::<Vec3A>();
+            [sum(0), sum(1)].map(|sum| sum * (own.half_share() * open))
+        })
     }
 
     fn gather_radiosity(&self, radiosity: &[Halves]) -> Vec<Halves> {
@@ -334,6 +342,31 @@ impl KeptRays for TexelRays<'_> {
         })
     }
 
+    fn smooth_light(&self, radiosity: &[Halves], weight: &[Vec3A]) -> Option<Vec<Halves>> {
+        let smoother = self.smoother.as_ref()?;
+        let smooth_parts = |sums: &(dyn Fn(&RayRecord, usize) -> Halves + Sync)| {
+            let of_part = |part: usize| {
+                let share = |own: &RayRecord| own.half_share() * PART_COUNT as f32;
+                self.map_records(|own, open| sums(own, part).map(|sum| sum * (share(own) * open)))
+            };
+            smoother.smooth_light(&std::array::from_fn(of_part), weight)
+        };
+        let direct = smooth_parts(&|own, part| own.lamp_light[part]);
+        let reflected = smooth_parts(&|own, part| {
+            let mut sums = [Vec3A::ZERO; 2];
+            for pair in own.hits.chunks_exact(2).skip(part).step_by(PART_COUNT) {
+                for (half, k) in pair.iter().enumerate() {
+                    sums[half] += radiosity
+                        .get(*k as usize)
+                        .map_or(Vec3A::ZERO, |radiosity| radiosity[half]);
+                }
+            }
+            sums
+        });
+        let sum = |([a, b], [c, d]): (&Halves, &Halves)| [*a + *c, *b + *d];
+        Some(direct.iter().zip(&reflected).map(sum).collect())
+    }
+
     fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A> {
         self.map_records(|own, open| {
             let met = |k: &u32| radiosity.get(*k as usize).copied().unwrap_or(Vec3A::ZERO);
@@ -343,7 +376,7 @@ impl KeptRays for TexelRays<'_> {
                 squares += light * light;
             }
             let reflected = sample_variance(sum, squares, own.hits.len());
-            let direct = sample_variance(own.lamp_light[0] + own.lamp_light[1], own.lamp_squares, own.hits.len());
+            let direct = sample_variance(own.lamp_light.iter().flatten().sum(), own.lamp_squares, own.hits.len());
             (reflected + direct) * (open * open)
         })
     }

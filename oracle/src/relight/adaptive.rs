@@ -257,6 +257,7 @@ impl AdaptiveRelight<'_> {
             residual: mean(&|k| step.outcome.residual[k]),
             open: open.iter().map(|open| open.x).collect(),
             coarse_error: Vec::new(),
+            removed: Vec::new(),
             noise: mean(&|k| step.outcome.noise[k]),
             ..step.outcome
         };

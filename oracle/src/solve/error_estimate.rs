@@ -147,7 +147,7 @@ impl ErrorHistory {
 pub struct StepChange {
     /// Change of the whole scene.
     pub total: f64,
-    /// Noise of the step's B, relative to the RMS of B − E, in its worst channel.
+    /// Noise of the step's B, with the error of its smoothing, relative to the RMS of B − E, in its worst channel.
     pub noise: f64,
     /// Squared change of each face; they sum to the square of the whole, but for the noise.
     pub by_face: Vec<f64>,
@@ -224,7 +224,7 @@ impl StepChange {
     ) -> Self {
         let first = first_texels(&after.resolutions);
         let (mut systematic, mut deviations, mut lights) = (Vec::new(), Vec::new(), Vec::new());
-        let mut noise = DVec3::ZERO;
+        let (mut noise, mut removed) = (DVec3::ZERO, DVec3::ZERO);
         let (mut resolutions, mut texel_squares) = (Vec::new(), Vec::new());
         let mut all = DVec3::ZERO;
         for (f, face) in scene.faces.iter().enumerate() {
@@ -233,6 +233,7 @@ impl StepChange {
                 coarser_texels(after.resolutions[f], texels)
             });
             noise += after.noise_of_face(face, f, shown);
+            removed += after.removed_from_face(face, f, shown);
             let light = &after.reflected[first[f]..first[f + 1]];
             let light = resample_face(light, face, after.resolutions[f], own.resolution);
             let area = face.area() / f64::from(texel_count(own.resolution));
@@ -251,6 +252,7 @@ impl StepChange {
             resolutions.push(own.resolution);
             texel_squares.extend(own.squares.into_iter().map(|square| square.max(DVec3::ZERO)));
         }
+        noise += removed.max(DVec3::ZERO);
         let light: DVec3 = lights.iter().sum();
         let share_of = |part: f64, whole: f64| if part == 0.0 { 0.0 } else { part / whole };
         let share = |c: usize| share_of(all[c], light[c]);

@@ -110,19 +110,19 @@ pub(super) fn refine_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<(Sol
 /// Errors: [`Error::Interrupted`]; those of the sky.
 pub(super) fn forecast_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<RayForecast> {
     let (first, texels) = solve_first_texels(problem, error)?;
-    let second = solve_on_texels(problem, texels, error, Finish::Never)?;
+    let second = solve_on_texels(problem, texels, error, Finish::Forecast)?;
     let traced = |step: &RayStep| count_traced_rays(step.step.outcome.links, step.step.mesh.texels.len() as u64);
     let known = traced(&first) + traced(&second);
     let before = second.step.mesh.texels.len() as u64;
     let next = (second.change.total > MAX_TEXEL_SHARE * error).then(|| choose_next(problem, &second, error));
     let after = next.as_ref().map_or(before, |texels| count_texels(texels));
     let texel_error = second.change.total.min(NEXT_TEXEL_SHARE * error);
-    let ratio = |noise: f64| (second.change.noise / noise).max(1.0) as f32;
-    let rays_for = |noise: f64| grown_rays(second.step.outcome.links, [before, after], ratio(noise));
-    let rays = rays_for(aimed_noise(error, texel_error));
+    let rays_for = |ratio: f64| grown_rays(second.step.outcome.links, [before, after], ratio.max(1.0) as f32);
+    let rays = rays_for(second.change.noise / aimed_noise(error, texel_error));
+    let rough_noise = |texels: &[[u32; 2]]| rough_noise(error, count_texels(&compared_texels(problem, texels)));
     let judge = |texels: Vec<[u32; 2]>| {
-        let noise = rough_noise(error, count_texels(&compared_texels(problem, &texels)));
-        count_traced_rays(rays_for(noise), after)
+        let ratio = rough_noise(&second.step.resolutions) / rough_noise(&texels);
+        count_traced_rays(rays_for(ratio), after)
     };
     let rough = next.map_or(0, judge);
     Ok(RayForecast {
@@ -180,6 +180,8 @@ fn rough_noise(error: f64, texels: u64) -> f64 {
 #[derive(Clone, Copy, PartialEq)]
 enum Finish {
     Never,
+    /// Never, but the light is smoothed, which tells the noise from which a last step would go on.
+    Forecast,
     IfTexelsSuffice,
     Always,
 }
@@ -206,10 +208,20 @@ fn solve_on_texels(problem: &AdaptiveSolve, texels: Vec<[u32; 2]>, error: f64, f
         let compared = count_texels(&compared_texels(problem, &texels));
         found = traced.reduce_noise(found, rough_noise(error, compared), &mut later)?;
         let suffices = finish == Finish::IfTexelsSuffice && found.change.total <= MAX_TEXEL_SHARE * error;
+        if finish == Finish::Forecast {
+            traced.solve.smooth_light();
+            found = traced.measure_at_noise(f64::INFINITY, &mut later)?;
+        }
         if suffices || finish == Finish::Always {
             let name = format!("solving to {:.2} %", 100.0 * error);
             let noise = aimed_noise(error, found.change.total);
+            traced.solve.smooth_light();
             found = traced.reduce_noise(found, noise, &mut step_progress(progress, &name))?;
+            if found.change.total.hypot(found.change.noise) > error {
+                // With less noise the error of the texels may have turned out larger.
+                let noise = aimed_noise(error, found.change.total);
+                found = traced.reduce_noise(found, noise, &mut step_progress(progress, &name))?;
+            }
         }
         Ok((found, traced.solve.outside_light()))
     })?;
@@ -234,11 +246,11 @@ impl TracedStep<'_> {
         while found.change.noise > noise * NOISE_TOLERANCE {
             // That of means over requested texels falls about as that of the texels.
             let of_texels = found.step.relative_noise() * noise / found.change.noise;
-            let rays = found.step.outcome.links;
+            let (rays, before_noise) = (found.step.outcome.links, found.change.noise);
             let span = (1.0 - before) * ADDED_RAYS_PROGRESS;
             found = self.measure_at_noise(of_texels, &mut |done| watch(before + span * done))?;
             before += span;
-            if found.step.outcome.links == rays {
+            if found.step.outcome.links == rays && found.change.noise >= before_noise {
                 break;
             }
         }

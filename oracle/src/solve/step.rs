@@ -24,6 +24,8 @@ pub struct SolveStep {
     /// Noise of B of each texel, in face order: half of the difference between the halves of the rays. Its square is the
     /// variance.
     pub noise: Vec<DVec3>,
+    /// What smoothing removed from B of each texel, in face order, for either half; empty without smoothing.
+    removed: Vec<[DVec3; 2]>,
 }
 
 impl SolveStep {
@@ -33,7 +35,12 @@ impl SolveStep {
         let order = mesh.texels_in_face_order();
         let radiosity = |k: &usize| mesh.texels[*k].emission.as_dvec3() + reflected(*k);
         let noise = |k: &usize| (mesh.texels[*k].reflectance * outcome.noise[*k]).as_dvec3();
+        let removed = |k: &usize| {
+            let halves = outcome.removed.get(*k)?;
+            Some(halves.map(|half| (mesh.texels[*k].reflectance * half).as_dvec3()))
+        };
         Self {
+            removed: order.iter().filter_map(removed).collect(),
             noise: order.iter().map(noise).collect(),
             radiosity: order.iter().map(radiosity).collect(),
             reflected: order.into_iter().map(reflected).collect(),
@@ -44,14 +51,16 @@ impl SolveStep {
         }
     }
 
-    /// Returns the RMS noise of B over the RMS of ρH, in the worst channel.
+    /// Returns the RMS noise of B and of what smoothing removed over the RMS of ρH, in the worst channel.
     pub fn relative_noise(&self) -> f64 {
-        let (mut noise, mut light) = (DVec3::ZERO, DVec3::ZERO);
+        let (mut noise, mut removed, mut light) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
         for (n, k) in self.mesh.texels_in_face_order().into_iter().enumerate() {
             let area = f64::from(self.mesh.texels[k].area);
             noise += self.noise[n] * self.noise[n] * area;
+            removed += self.removed.get(n).map_or(DVec3::ZERO, |[a, b]| *a * *b * area);
             light += self.reflected[n] * self.reflected[n] * area;
         }
+        noise += removed.max(DVec3::ZERO);
         let share = |c: usize| {
             if noise[c] > 0.0 {
                 (noise[c] / light[c]).sqrt()
@@ -68,6 +77,19 @@ impl SolveStep {
         let own = &self.noise[first..self.first_texels[f + 1]];
         let means = resample_face(own, face, self.resolutions[f], texels);
         means.iter().map(|d| *d * *d).sum::<DVec3>() * face.area() / f64::from(texel_count(texels))
+    }
+
+    /// Returns the squared light that smoothing removed from the means of B over `texels` of `face`, number `f`, times its area.
+    pub fn removed_from_face(&self, face: &Face, f: usize, texels: [u32; 2]) -> DVec3 {
+        let Some(own) = self.removed.get(self.first_texels[f]..self.first_texels[f + 1]) else {
+            return DVec3::ZERO;
+        };
+        let [a, b] = [0, 1].map(|half| {
+            let values: Vec<DVec3> = own.iter().map(|halves| halves[half]).collect();
+            resample_face(&values, face, self.resolutions[f], texels)
+        });
+        let product = a.iter().zip(&b).map(|(a, b)| *a * *b).sum::<DVec3>();
+        product * face.area() / f64::from(texel_count(texels))
     }
 
     /// Replaces B of each texel, given in the mesh's order. (E of a captured wall is B₀ − ρH₀, and may change
