@@ -9,9 +9,8 @@
 use super::Halves;
 use common::mesh::Mesh;
 use glam::{DMat3, DVec3, Vec3A};
-use rayon::prelude::*;
 
-/// Number of parts of each half of the rays: each is fitted as the others show.
+/// Number of parts of each half of the rays: each is fitted as the other shows.
 pub const PART_COUNT: usize = 2;
 /// Least number of texels that are fitted. Of so many texels a plane fit leaves 3/16 of the variance.
 const MIN_FITTED_TEXELS: usize = 16;
@@ -53,12 +52,10 @@ impl CheapestFits<'_> {
     }
 }
 
-/// Returns the mean of some light.
-fn average_halves(parts: &[&Vec<Halves>]) -> Vec<Halves> {
-    let share = 1.0 / parts.len().max(1) as f32;
-    let of_texel = |k: usize| [0, 1].map(|half| share * parts.iter().map(|part| part[k][half]).sum::<Vec3A>());
-    let texels = parts.first().map_or(0, |part| part.len());
-    (0..texels).map(of_texel).collect()
+/// Returns the mean of the light that two parts of the rays bring.
+fn average_parts([a, b]: &[Vec<Halves>; PART_COUNT]) -> Vec<Halves> {
+    let mean = |(a, b): (&Halves, &Halves)| [0, 1].map(|half| 0.5 * (a[half] + b[half]));
+    a.iter().zip(b).map(mean).collect()
 }
 
 /// Returns the halves of a cluster.
@@ -75,10 +72,10 @@ impl<'a> LightSmoother<'a> {
     }
 
     /// Smooths light that equal `parts` of the rays bring, the mean over each texel's area, for an error that is weighted by
-    /// `weight`; if that makes the error larger, returns the light as it is. Each part is fitted where the others show that it
+    /// `weight`; if that makes the error larger, returns the light as it is. Each part is fitted where the other shows that it
     /// is cheapest: a choice by the same noise would make the error look too small.
     pub fn smooth_light(&self, parts: &[Vec<Halves>; PART_COUNT], weight: &[Vec3A]) -> Vec<Halves> {
-        let all = average_halves(&parts.each_ref());
+        let all = average_parts(parts);
         if self.order.len() < MIN_CHOICE_TEXELS {
             return all;
         }
@@ -90,14 +87,13 @@ impl<'a> LightSmoother<'a> {
             light: self.divide_by_open(light),
             noise_share,
         };
+        // The mean of both parts has half of the variance of either.
         let smooth_part = |part: usize| {
-            let others: Vec<&Vec<Halves>> = (0..PART_COUNT).filter(|k| *k != part).map(|k| &parts[k]).collect();
-            let chosen_by = on_open(&average_halves(&others), 1.0 - 1.0 / PART_COUNT as f64);
-            let clusters = chosen_by.divide_cheapest(&self.order).clusters;
+            let clusters = on_open(&parts[1 - part], 0.5).divide_cheapest(&self.order).clusters;
             on_open(&parts[part], 1.0).fit_clusters(&clusters)
         };
-        let fitted: Vec<Vec<Halves>> = (0..PART_COUNT).into_par_iter().map(smooth_part).collect();
-        let smoothed = average_halves(&fitted.iter().collect::<Vec<_>>());
+        let (a, b) = rayon::join(|| smooth_part(0), || smooth_part(1));
+        let smoothed = average_parts(&[a, b]);
         let plain = on_open(&all, 1.0);
         let cost = |k: u32| plain.fit_cost(k, smoothed[k as usize]) - plain.texel_cost(k);
         if (0..self.order.len() as u32).map(cost).sum::<f64>() >= 0.0 {
@@ -363,7 +359,7 @@ mod tests {
         let open = vec![1.0; mesh.texels.len()];
         let parts = noisy_light(&mesh, |_, at| 1.0 + 0.5 * at.x - 0.3 * at.y);
         let smoothed = smooth(&mesh, &open, &parts);
-        let light = average_halves(&parts.each_ref());
+        let light = average_parts(&parts);
         // Few by fits of fewer than 32 texels with a mean and at most three slopes.
         let [before, after] = [&light, &smoothed].map(|light| noise_variance(light));
         let most = 4.0 / 32.0;
@@ -383,7 +379,7 @@ mod tests {
         let open = vec![1.0; mesh.texels.len()];
         let parts = noisy_light(&mesh, |_, at| if at.x < 0.45 { 1.0 } else { 0.2 });
         let smoothed = smooth(&mesh, &open, &parts);
-        let light = average_halves(&parts.each_ref());
+        let light = average_parts(&parts);
         for (k, texel) in mesh.texels.iter().enumerate() {
             let off = [0, 1].map(|half| (smoothed[k][half] - light[k][half]).x.abs());
             let at = place_on_face(&mesh, texel);
@@ -402,7 +398,7 @@ mod tests {
         let of_area = |(halves, open): (&Halves, &f32)| halves.map(|half| half * *open);
         let parts = on_open.map(|part| -> Vec<Halves> { part.iter().zip(&open).map(of_area).collect() });
         let smoothed = smooth(&mesh, &open, &parts);
-        let light = average_halves(&parts.each_ref());
+        let light = average_parts(&parts);
         let (mut off, mut noise) = (0.0, 0.0);
         for (k, texel) in mesh.texels.iter().enumerate() {
             let expected = open[k] * (1.0 + place_on_face(&mesh, texel).x);
