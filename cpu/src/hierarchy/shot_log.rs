@@ -13,7 +13,7 @@ use rayon::prelude::*;
 /// Rays of all faces that measure the escaped light: a tenth of a second's work.
 const ESCAPE_RAY_COUNT: usize = 1 << 17;
 /// Rays of each face at least.
-const MIN_FACE_RAYS: usize = 32;
+const MIN_FACE_RAYS: usize = 4;
 /// Steps by which the rays of a face are numbered on from those of the face before, so that their errors differ.
 const FACE_RAY_STEP: usize = 7919;
 /// Points of a partly covered texel that are tried before one counts as open.
