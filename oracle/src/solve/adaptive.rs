@@ -1,7 +1,7 @@
 //! Adaptive solves to a requested error: the scene is solved hierarchically in steps, each to half the error
 //! of the step before and on texels half as large where that matters, until two successive solutions differ
-//! by less than the request. If no texels are requested, they are halved until the radiosity varies within each
-//! by no more than a few times the error.
+//! by less than the request. If no texels are requested, they are halved until interpolation between them errs by no
+//! more than the request.
 //!
 //! By rays the steps are others: see `ray_steps`.
 //!
@@ -14,20 +14,17 @@
 use super::adjacency::refine_neighbours;
 use super::error_estimate::ErrorHistory;
 use super::error_estimate::StepChange;
+use super::interpolation_error::{interpolation_errors, reduce_interpolation_error};
 use super::interrupt::is_interrupted;
 use super::progress::ProgressMonitor;
 use super::regather::estimate::descending_order;
-use super::resolution::{
-    MAX_FACE_TEXELS, RequestedTexels, choose_first, choose_second, count_texels, first_texel_width, halve_largest,
-    resample_face,
-};
+use super::resolution::{RequestedTexels, choose_first, choose_second, count_texels, first_texel_width, halve_largest};
 use super::solver::ErrorTarget;
 use super::step::SolveStep;
 use common::mesh::{MAX_TEXELS, Mesh};
-use common::resample::halve_even;
 use common::scene::{Face, Scene};
 use common::solution::{Warning, WarningCode};
-use common::texel::{first_texels, texel_count};
+use common::texel::first_texels;
 use common::{Error, Result};
 use cpu::hierarchy::linker::LinkMethod;
 use cpu::hierarchy::sky::receive_sky;
@@ -35,10 +32,6 @@ use cpu::hierarchy::solver::{ErrorBudget, solve_with_links};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// Largest variation within a texel, in multiples of the error, where texels follow from the light.
-const MAX_VARIATION_PER_ERROR: f64 = 4.0;
-/// Largest number of texels that follow from the light.
-const MAX_RESULT_TEXELS: u64 = 1 << 17;
 /// Largest number of steps.
 pub(super) const MAX_STEPS: u32 = 6;
 /// Smallest goal of a step, as a share of the requested error. Remaining differences are then due to the
@@ -179,14 +172,10 @@ impl AdaptiveProblem for AdaptiveSolve<'_> {
         if self.requested_texels.is_some() || self.follows_rays() {
             return None;
         }
-        let filled = resolve_variation(self.scene, last, (change.channel, change.scale), error);
-        is_result(&filled, &last.resolutions).then_some(filled)
+        let errors = interpolation_errors(self.scene, last, (change.channel, change.scale));
+        let finer = reduce_interpolation_error(&self.scene.faces, &last.resolutions, &errors, error);
+        (finer != last.resolutions).then_some(finer)
     }
-}
-
-/// Returns whether another step follows the `last`, on the texels that light needs.
-pub(super) fn is_result(filled: &[[u32; 2]], last: &[[u32; 2]]) -> bool {
-    filled != last && count_texels(filled) <= MAX_RESULT_TEXELS
 }
 
 /// Replaces the warnings' advice by advice for a solve to an error.
@@ -207,20 +196,24 @@ pub fn adapt_advice(mut warnings: Vec<Warning>) -> Vec<Warning> {
 }
 
 /// Returns texels of the second of two steps by rays: half as wide as those of the `first` on the faces that reflect
-/// most, since texels as large as their faces would be the same in both steps and their error would not show; and twice
-/// again where light varies within them.
+/// most, since texels as large as their faces would be the same in both steps and their error would not show; or smaller,
+/// so that light is interpolated between them to about `error`.
 fn resolve_small_faces(scene: &Scene, first: &SolveStep, error: f64, follow_light: bool) -> Vec<[u32; 2]> {
     let (by_channel, channel) = brightest_channel(scene, first);
     let all: f64 = by_channel.iter().sum();
-    let varied = match follow_light && all > 0.0 {
-        true => resolve_variation(scene, first, (channel, 1.0 / all), error),
+    let resolved = match follow_light && all > 0.0 {
+        true => {
+            let errors = interpolation_errors(scene, first, (channel, 1.0 / all));
+            reduce_interpolation_error(&scene.faces, &first.resolutions, &errors, error)
+        }
         false => first.resolutions.clone(),
     };
     let mut resolutions = first.resolutions.clone();
     let mut texels = count_texels(&resolutions);
     let limit = MAX_HALVED_TEXELS.max(2 * texels);
     for f in descending_order(&by_channel) {
-        let finer = scene.faces[f as usize].halve_texels(varied[f as usize]);
+        let halved = scene.faces[f as usize].halve_texels(first.resolutions[f as usize]);
+        let finer = [0, 1].map(|k| halved[k].max(resolved[f as usize][k]));
         texels += count_texels(&[finer]) - count_texels(&[resolutions[f as usize]]);
         if texels > limit {
             break;
@@ -240,48 +233,6 @@ pub(super) fn brightest_channel(scene: &Scene, step: &SolveStep) -> (Vec<f64>, u
     let light: Vec<DVec3> = scene.faces.iter().enumerate().map(light).collect();
     let channel = light.iter().sum::<DVec3>().max_position();
     (light.iter().map(|light| light[channel]).collect(), channel)
-}
-
-/// Returns texels for which the light varies little within each texel.
-fn resolve_variation(scene: &Scene, step: &SolveStep, (channel, scale): (usize, f64), error: f64) -> Vec<[u32; 2]> {
-    let within = variation_within_texels(scene, step, (channel, scale));
-    halve_varied(&scene.faces, &step.resolutions, &within, error)
-}
-
-/// Halves the texels of the faces `within` whose texels the light varies much.
-pub(super) fn halve_varied(faces: &[Face], texels: &[[u32; 2]], within: &[f64], error: f64) -> Vec<[u32; 2]> {
-    let unresolved = (MAX_VARIATION_PER_ERROR * error).powi(2);
-    halve_largest(faces, texels, within, unresolved, |_, texels| texels < MAX_FACE_TEXELS)
-}
-
-/// Returns the squared variation of the light within the texels of each face: half of that within four texels that make up a
-/// larger one. At a shadow's edge this is exact; for a linear slope it is too much.
-pub(super) fn variation_within_texels(scene: &Scene, step: &SolveStep, (channel, scale): (usize, f64)) -> Vec<f64> {
-    let first = first_texels(&step.resolutions);
-    let order = step.mesh.texels_in_face_order();
-    let mut within = Vec::with_capacity(scene.faces.len());
-    for (f, face) in scene.faces.iter().enumerate() {
-        let fine = step.resolutions[f];
-        let own = &step.reflected[first[f]..first[f + 1]];
-        // On a painted face the irradiance counts, not the paint.
-        let even: Vec<DVec3>;
-        let own = match face.paint {
-            Some(_) => {
-                let rho = face.reflectance.as_dvec3();
-                let texels = order[first[f]..first[f + 1]].iter();
-                let light = texels.map(|k| rho * step.outcome.irradiance[*k].as_dvec3());
-                even = light.collect();
-                &even
-            }
-            None => own,
-        };
-        let wide = halve_even(fine);
-        let coarse = resample_face(&resample_face(own, face, fine, wide), face, wide, fine);
-        let off = |(a, b): (&DVec3, &DVec3)| (a - b)[channel].powi(2);
-        let sum: f64 = own.iter().zip(&coarse).map(off).sum();
-        within.push(0.5 * sum * scale * face.area() / f64::from(texel_count(fine)));
-    }
-    within
 }
 
 /// A problem that can be solved in steps of increasing resolution.
@@ -330,7 +281,7 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
     let scene = problem.scene();
     let requested = |f: usize| problem.requested_texels(f);
     let mut history = ErrorHistory::default();
-    let mut goal = error;
+    let (mut goal, mut last_goal) = (error, error);
     let (mut last, mut texels) = solve_first_step(problem, error)?;
     let may_refine = |f: usize| problem.fixed_texels(f).is_none();
     for k in 1..problem.max_steps() {
@@ -340,6 +291,7 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
             history.stop_reason = Some(format!("{texels_now} texels would be too many"));
             break;
         }
+        last_goal = goal;
         goal = (0.5 * goal).max(MIN_GOAL_SHARE * error);
         let next = match problem.solve_step(texels.clone(), goal, Some(&last)) {
             Err(Error::Interrupted) => {
@@ -353,19 +305,23 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
         history.changes.push(change.total);
         let by_face = change.by_face.clone();
         history.last_change = Some(change);
-        let converged = history.remaining_error().is_some_and(|remaining| remaining <= error);
+        if history.remaining_error().is_some_and(|remaining| remaining <= error) {
+            break;
+        }
         let unrefined = UNREFINED_SHARE * error * error;
         let before = &last.as_ref().resolutions;
         texels = halve_largest(&scene.faces, before, &by_face, unrefined, |f, _| may_refine(f));
         refine_neighbours(&scene.faces, before, &mut texels, may_refine);
-        if converged
-            && let Some(change) = &history.last_change
-            && let Some(shown) = problem.result_resolution(&last, change, error)
-        {
-            last = problem.solve_step(shown, goal, Some(&last))?;
-        }
-        if converged {
-            break;
+    }
+    let converged = history.remaining_error().is_some_and(|remaining| remaining <= error);
+    if converged
+        && let Some(change) = &history.last_change
+        && let Some(shown) = problem.result_resolution(&last, change, error)
+    {
+        // The last change is the error of the step before the last.
+        match problem.solve_step(shown, last_goal, Some(&last)) {
+            Err(Error::Interrupted) => history.stop_reason = Some("it was interrupted".into()),
+            shown => last = shown?,
         }
     }
     history.links = last.as_ref().outcome.links;

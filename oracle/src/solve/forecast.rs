@@ -5,14 +5,12 @@
 //! - By links: the second step, as a rule the last, is solved to half the error on texels that the first step chooses. Work
 //!   goes with the number of texels. A texel's links grow by √2 at most (sources are linear, so that the error
 //!   of a link goes with the area of its source), and about as many texels are interpolated instead. If no texels are
-//!   requested, another step follows on those that light needs; the variation within a texel halves with its width, as
-//!   beside a shadow's edge.
+//!   requested, another step follows on those that light needs.
 
-use super::adaptive::{
-    AdaptiveSolve, brightest_channel, halve_varied, is_result, solve_first_step, variation_within_texels,
-};
+use super::adaptive::{AdaptiveSolve, brightest_channel, solve_first_step};
 use super::error_estimate::ErrorHistory;
 use super::gpu_linker::LinkerOnGpu;
+use super::interpolation_error::{interpolation_errors, reduce_interpolation_error};
 use super::progress::ProgressMonitor;
 use super::ray_steps::{RayForecast, forecast_by_rays};
 use super::resolution::count_texels;
@@ -92,11 +90,11 @@ fn count_result_texels(scene: &Scene, target: ErrorTarget, first: &SolveStep, se
     if target.texels.is_some() || all <= 0.0 {
         return None;
     }
-    let mut within = variation_within_texels(scene, first, (channel, 1.0 / all));
-    for (own, texels) in within.iter_mut().zip(first.resolutions.iter().zip(second)) {
+    let mut errors = interpolation_errors(scene, first, (channel, 1.0 / all));
+    for (own, texels) in errors.iter_mut().zip(first.resolutions.iter().zip(second)) {
         let [before, after] = [texels.0, texels.1].map(|texels| count_texels(&[*texels]) as f64);
-        *own *= (before / after).sqrt();
+        own.square *= own.ratio.powf((after / before).log(4.0));
     }
-    let filled = halve_varied(&scene.faces, second, &within, target.error);
-    is_result(&filled, second).then(|| count_texels(&filled))
+    let finer = reduce_interpolation_error(&scene.faces, second, &errors, target.error);
+    (finer != second).then(|| count_texels(&finer))
 }

@@ -7,6 +7,7 @@ pub mod dense;
 pub mod error_estimate;
 pub mod forecast;
 pub mod gpu_linker;
+mod interpolation_error;
 pub mod interrupt;
 pub mod plausibility;
 pub mod progress;

@@ -8,7 +8,8 @@ use super::adaptive::{AdaptiveProblem, AdaptiveSolve, MAX_STEP_TEXELS, step_prog
 use super::adjacency::refine_neighbours;
 use super::error_estimate::{ErrorHistory, StepChange};
 use super::resolution::{
-    choose_first, choose_second, coarser_texels, count_texels, first_texel_width, halve_by_cost, resample_face,
+    TexelError, choose_first, choose_second, coarser_texels, count_texels, first_texel_width, halve_by_cost,
+    resample_face,
 };
 use super::step::SolveStep;
 use common::mesh::{MAX_TEXELS, Mesh};
@@ -152,7 +153,13 @@ fn choose_next(problem: &AdaptiveSolve, last: &RayStep, error: f64) -> Vec<[u32;
     let (faces, before) = (&problem.scene().faces, &last.step.resolutions);
     let aimed = NEXT_TEXEL_SHARE * error;
     let remaining = (aimed / last.change.total.max(aimed)).powi(2);
-    let mut texels = halve_by_cost(faces, before, &last.by_cause, (remaining, most_texels(last)));
+    // The change falls as the width of the texels.
+    let error = |square: &f64| TexelError {
+        square: *square,
+        ratio: 0.25,
+    };
+    let errors: Vec<TexelError> = last.by_cause.iter().map(error).collect();
+    let mut texels = halve_by_cost(faces, before, &errors, (remaining, most_texels(last)));
     refine_neighbours(faces, before, &mut texels, |_| true);
     texels
 }

@@ -23,8 +23,8 @@ const MIN_WIDTH_SHARE: f64 = 0.0625;
 const CHEAP_TEXELS: u64 = 1 << 15;
 /// Largest growth of a face's number of texels in one step: what is known of smaller ones is a guess.
 const MAX_GROWTH: u64 = 16;
-/// Number of texels of a face from which on they are not halved, where they follow from the light.
-pub const MAX_FACE_TEXELS: u64 = 64 * 64;
+/// Number of texels of a face from which on they are not made narrower.
+const MAX_FACE_TEXELS: u64 = 64 * 64;
 
 /// Requested texels W×H of a face; `None`: they follow from the light.
 pub type RequestedTexels<'a> = &'a dyn Fn(usize) -> Option<[u32; 2]>;
@@ -155,13 +155,22 @@ pub fn halve_largest(
     halved
 }
 
-/// Halves the texels of faces where that reduces the error at the least cost, until `remaining` of the sum of `squares` is
-/// left or there are `most` texels: a face's square falls as the number of its texels grows, and each face's number grows
-/// 16 times at most.
+/// Error that the texels of a face cause.
+#[derive(Clone, Copy, Debug)]
+pub struct TexelError {
+    /// Its square; a negative one counts as none.
+    pub square: f64,
+    /// The square on texels half as wide over that.
+    pub ratio: f64,
+}
+
+/// Halves the texels of faces where that reduces the `errors` most per texel, until the sum of their squares is at most
+/// `remaining` times that before, or more than `most` texels would result. Each face's number grows 16 times at most; the
+/// others need not err less than those that would have to grow more.
 pub fn halve_by_cost(
     faces: &[Face],
     texels: &[[u32; 2]],
-    squares: &[f64],
+    errors: &[TexelError],
     (remaining, most): (f64, u64),
 ) -> Vec<[u32; 2]> {
     let mut halved = texels.to_vec();
@@ -169,25 +178,28 @@ pub fn halve_by_cost(
     let mut queue: BinaryHeap<(u64, Reverse<usize>)> = BinaryHeap::new();
     // The bits of numbers of one sign are in their order.
     let per_texel = |square: f64, texels: [u32; 2]| (square / count_texels(&[texels]) as f64).to_bits();
-    let positive = squares.iter().map(|square| square.max(0.0));
+    let positive = errors.iter().map(|error| error.square.max(0.0));
     let mut rest: f64 = positive.clone().sum();
     let goal = remaining * rest;
+    let mut of_grown = 0.0;
     for (f, square) in positive.enumerate().filter(|(_, square)| *square > 0.0) {
         queue.push((per_texel(square, texels[f]), Reverse(f)));
     }
     while let Some((bits, Reverse(f))) = queue.pop() {
-        if rest <= goal || all >= most {
+        let finer = faces[f].halve_texels(halved[f]);
+        let [before, after] = [halved[f], finer].map(|texels| count_texels(&[texels]));
+        if rest <= goal.max(2.0 * of_grown) || all + after - before > most {
             break;
         }
-        let before = count_texels(&[halved[f]]);
-        halved[f] = faces[f].halve_texels(halved[f]);
-        let after = count_texels(&[halved[f]]);
+        halved[f] = finer;
         all += after - before;
         let square = f64::from_bits(bits) * before as f64;
-        let left = square * before as f64 / after as f64;
+        let left = square * errors[f].ratio;
         rest -= square - left;
         if after < MAX_GROWTH * count_texels(&[texels[f]]) {
             queue.push((per_texel(left, halved[f]), Reverse(f)));
+        } else {
+            of_grown += left;
         }
     }
     halved
@@ -203,7 +215,7 @@ pub fn resample_face(values: &[DVec3], face: &Face, from: [u32; 2], to: [u32; 2]
 
 #[cfg(test)]
 mod tests {
-    use super::{halve_by_cost, solved_texels};
+    use super::{TexelError, halve_by_cost, solved_texels};
     use common::scene::Face;
     use glam::{DVec3, Vec3};
 
@@ -213,22 +225,28 @@ mod tests {
     fn texels_are_halved_where_it_pays() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
         let faces = vec![Face::quad("face", corners, Vec3::ZERO, Vec3::ONE); 4];
-        let halve =
-            |squares: [f64; 4], remaining, most| halve_by_cost(&faces, &[[2; 2]; 4], &squares, (remaining, most));
+        let halve = |squares: [f64; 4], remaining, most| {
+            let errors = squares.map(|square| TexelError { square, ratio: 0.25 });
+            halve_by_cost(&faces, &[[2; 2]; 4], &errors, (remaining, most))
+        };
         assert_eq!(halve([16.0, 1.0, 0.0, -1.0], 1.0, 999), [[2; 2]; 4]);
         assert_eq!(
             halve([16.0, 1.0, 0.0, -1.0], 0.2, 999),
             [[8, 8], [2, 2], [2, 2], [2, 2]]
         );
         assert_eq!(
-            halve([16.0, 1.0, 0.0, -1.0], 0.08, 999),
+            halve([16.0, 2.0, 0.0, -1.0], 0.1, 999),
             [[8, 8], [4, 4], [2, 2], [2, 2]]
         );
         assert_eq!(
             halve([16.0, 1.0, 0.0, -1.0], 0.08, 28),
             [[4, 4], [2, 2], [2, 2], [2, 2]]
         );
-        assert_eq!(halve([1.0, 0.0, 0.0, 0.0], 1e-9, 999)[0], [8, 8]);
+        // The first keeps 1/16, and the second is less.
+        assert_eq!(
+            halve([1.0, 0.06, 0.0, 0.0], 1e-9, 999),
+            [[8, 8], [2, 2], [2, 2], [2, 2]]
+        );
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::browser::{browser_for, page_outcome, with_script};
 use super::command::TestFolder;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use common::import::from_srgb;
 use common::mesh::Mesh;
 use common::solution::StoredSolution;
 use glam::{DVec3, Vec3, Vec4};
@@ -90,6 +91,31 @@ fn viewer_data_equal_result_files() {
     assert!(left[0] > 2 * left[1] && right[1] > right[0], "{left:?} {right:?}");
     let white = picture.pixels().filter(|p| p.0[..3] == [255; 3]).count();
     assert!((500..5000).contains(&white), "{white}");
+}
+
+/// Returns the RMS difference of two pictures over the RMS of the second, linear, where the second is not clipped.
+fn relative_difference(folder: &TestFolder, pictures: [&str; 2]) -> f64 {
+    let [a, b] = pictures.map(|name| image::open(folder.path(name)).unwrap().into_rgba8());
+    assert_eq!(a.dimensions(), b.dimensions());
+    let (mut difference, mut light) = (0.0, 0.0);
+    for (a, b) in a.pixels().zip(b.pixels()).filter(|(_, b)| b.0[..3] != [255; 3]) {
+        for c in 0..3 {
+            let [a, b] = [a, b].map(|pixel| from_srgb(f32::from(pixel.0[c]) / 255.0));
+            difference += (a - b).powi(2);
+            light += b * b;
+        }
+    }
+    (difference / light).sqrt()
+}
+
+/// Texels are small enough that light between them, shadows' edges included, is as accurate as requested.
+#[test]
+fn picture_is_as_accurate_as_requested() {
+    let folder = TestFolder::new();
+    folder.succeed("solve scenes/cornell_box.obj --solver cpu --error 2% --out box");
+    folder.succeed("solve scenes/cornell_box.obj --solver cpu --error 1% --texels 64 --out fine");
+    let difference = relative_difference(&folder, ["box/preview.png", "fine/preview.png"]);
+    assert!(difference > 0.001 && difference < 0.02, "{difference}");
 }
 
 /// A captured room has its own ρ and E in each texel, which the viewer must show.
