@@ -115,21 +115,51 @@ fn thread_count_changes_no_bit() {
     );
 }
 
+/// Solves a scene on texels that follow from its light.
+fn solve_on_texels_by_light(scene: &Scene, error: f64) -> SolveAnswer {
+    let target = ErrorTarget { error, texels: None };
+    let question = SolveRequest {
+        task: scene,
+        settings: &Settings::default(),
+        solver: SolverChoice::Hierarchy(target),
+    };
+    solve_request(&question, &without_progress()).unwrap()
+}
+
+/// A body hangs under a lamp that is smaller than a texel of the walls: in its wide penumbra visibility takes many samples.
+#[test]
+fn half_hidden_lamp_meets_requested_error() {
+    let wood = Vec3::new(0.5, 0.35, 0.2);
+    let mut faces = box_faces(
+        DVec3::ZERO,
+        DVec3::new(4.295, 3.122, 5.052),
+        true,
+        Vec3::ZERO,
+        Vec3::splat(0.7),
+    );
+    for [low, high] in [
+        [[0.473, 0.0, 2.188], [1.195, 0.243, 3.601]],
+        [[1.779, 0.886, 1.25], [2.282, 2.084, 3.013]],
+        [[3.389, 0.0, 0.72], [4.073, 1.009, 2.295]],
+    ] {
+        faces.extend(box_faces(DVec3::from(low), DVec3::from(high), false, Vec3::ZERO, wood));
+    }
+    let lamp = rectangle([2.905, 3.102, 1.789], [0.344, 0.0, 0.0], [0.0, 0.0, 0.344]);
+    faces.push(Face::quad("lamp", lamp, Vec3::splat(60.0), Vec3::ZERO));
+    let answer = solve_on_texels_by_light(&named_scene("a body under a lamp", faces), 0.005);
+    let (texels, estimate) = (answer.solved.mesh.texels.len(), answer.estimate.unwrap().error);
+    assert!(
+        estimate > 0.0 && estimate <= 0.005 && texels < 200_000,
+        "{estimate} {texels}"
+    );
+}
+
 /// Pictures of a result use the solver's open shares instead of finding them again; a result on other texels than the
 /// solver's has none.
 #[test]
 fn open_shares_are_those_of_the_result() {
     let scene = room_with_standing_box();
-    let target = ErrorTarget {
-        error: 0.05,
-        texels: None,
-    };
-    let question = SolveRequest {
-        task: &scene,
-        settings: &Settings::default(),
-        solver: SolverChoice::Hierarchy(target),
-    };
-    let known = solve_request(&question, &without_progress()).unwrap().solved;
+    let known = solve_on_texels_by_light(&scene, 0.05).solved;
     let averaged = solve_to_error(&scene, 0.05, 8).solved;
     let found = open_shares(&scene, &known.mesh);
     assert!(found.contains(&0.0) && found.iter().any(|open| (0.1..0.9).contains(open)));
