@@ -46,6 +46,8 @@ const RAY_FACES_PER_INVERSE_ERROR: f64 = 2.0;
 /// Least texels per side of a lamp in the second step by links: its parts are sources where it is half hidden. Of one texel
 /// 64 samples of visibility at most would decide, 2 % off.
 const MIN_LAMP_TEXELS: u32 = 8;
+/// Largest number of texels of all lamps for which each has [`MIN_LAMP_TEXELS`].
+const MAX_LAMP_TEXELS: u64 = 1 << 14;
 /// Number of texels up to which the second step of many small faces halves them.
 const MAX_HALVED_TEXELS: u64 = 1 << 16;
 /// Share of the squared error that may come from faces whose texels are not halved.
@@ -198,12 +200,18 @@ pub fn adapt_advice(mut warnings: Vec<Warning>) -> Vec<Warning> {
     warnings
 }
 
-/// Returns the texels of the `first` step, more on lamps.
+/// Returns the texels of the `first` step, more on lamps: fewer of each where there are many.
 fn divide_lamps(scene: &Scene, first: &SolveStep) -> Vec<[u32; 2]> {
+    let is_lamp = |face: &&Face| face.emission != Vec3::ZERO;
+    let lamps = scene.faces.iter().filter(is_lamp).count() as u64;
+    let mut side = MIN_LAMP_TEXELS;
+    while side > 1 && lamps * u64::from(side * side) > MAX_LAMP_TEXELS {
+        side /= 2;
+    }
     let texels = scene.faces.iter().zip(&first.resolutions);
-    let divide = |(face, own): (&Face, &[u32; 2])| match face.emission == Vec3::ZERO {
-        true => *own,
-        false => own.map(|n| n.max(MIN_LAMP_TEXELS)),
+    let divide = |(face, own): (&Face, &[u32; 2])| match is_lamp(&face) {
+        true => own.map(|n| n.max(side)),
+        false => *own,
     };
     texels.map(divide).collect()
 }
