@@ -20,7 +20,7 @@ const MIN_CHOICE_TEXELS: usize = 64;
 /// Largest number of texels that are fitted: more leave hardly less noise.
 const MAX_FITTED_TEXELS: usize = 2048;
 /// Added to the variances of the places along each axis, over their sum, so that texels in a plane have no slope across it.
-const RIDGE: f64 = 1e-6;
+const RIDGE_SHARE: f64 = 1e-6;
 
 /// The texels of a mesh in clusters.
 pub struct LightSmoother<'a> {
@@ -41,13 +41,13 @@ struct CheapestFits<'a> {
 
 impl CheapestFits<'_> {
     /// Returns the fits of two clusters.
-    fn join(mut self, other: Self) -> Self {
+    fn join_fits(mut self, other: Self) -> Self {
         self.cost += other.cost;
         self.clusters.extend(other.clusters);
         self
     }
 
-    fn cheaper(self, other: Self) -> Self {
+    fn or_if_cheaper(self, other: Self) -> Self {
         if other.cost < self.cost { other } else { self }
     }
 }
@@ -59,7 +59,7 @@ fn average_parts([a, b]: &[Vec<Halves>; PART_COUNT]) -> Vec<Halves> {
 }
 
 /// Returns the halves of a cluster.
-fn halve(texels: &[u32]) -> [&[u32]; 2] {
+fn split_cluster(texels: &[u32]) -> [&[u32]; 2] {
     texels.split_at(texels.len() / 2).into()
 }
 
@@ -168,28 +168,30 @@ struct LinearFit {
 impl NoisyLight<'_> {
     /// Returns the cheapest division of a cluster: as it is, in halves or quarters of one choice, or each half in its own way.
     fn divide_cheapest<'a>(&self, texels: &'a [u32]) -> CheapestFits<'a> {
-        let [a, b] = halve(texels);
+        let [a, b] = split_cluster(texels);
         if texels.len() > MAX_FITTED_TEXELS {
             let (a, b) = rayon::join(|| self.divide_cheapest(a), || self.divide_cheapest(b));
-            return a.join(b);
+            return a.join_fits(b);
         }
         let apart = if texels.len() >= 2 * MIN_CHOICE_TEXELS {
-            self.divide_cheapest(a).join(self.divide_cheapest(b))
+            self.divide_cheapest(a).join_fits(self.divide_cheapest(b))
         } else {
             let as_they_are = CheapestFits {
                 cost: texels.iter().map(|k| self.texel_cost(*k)).sum(),
                 clusters: Vec::new(),
             };
-            let in_quarters = self.fit_halves(a).join(self.fit_halves(b));
-            as_they_are.cheaper(in_quarters).cheaper(self.fit_halves(texels))
+            let in_quarters = self.fit_halves(a).join_fits(self.fit_halves(b));
+            as_they_are
+                .or_if_cheaper(in_quarters)
+                .or_if_cheaper(self.fit_halves(texels))
         };
-        apart.cheaper(self.fit_whole(texels))
+        apart.or_if_cheaper(self.fit_whole(texels))
     }
 
     /// Fits each half of a cluster as one.
     fn fit_halves<'a>(&self, texels: &'a [u32]) -> CheapestFits<'a> {
-        let [a, b] = halve(texels);
-        self.fit_whole(a).join(self.fit_whole(b))
+        let [a, b] = split_cluster(texels);
+        self.fit_whole(a).join_fits(self.fit_whole(b))
     }
 
     /// Fits all `texels` as one: its cost is the squared light that the fit removes and the squared noise that it leaves,
@@ -221,11 +223,12 @@ impl NoisyLight<'_> {
     /// Fits mean and slope by least squares over the open area; none of texels without area or in one place, and none
     /// that is negative anywhere.
     fn fit_linear(&self, texels: &[u32]) -> Option<LinearFit> {
-        let area: f64 = texels.iter().map(|k| self.area(*k)).sum();
+        let area: f64 = texels.iter().map(|k| self.open_area(*k)).sum();
         if area <= 0.0 {
             return None;
         }
-        let average = |of: &dyn Fn(u32) -> DVec3| texels.iter().map(|k| self.area(*k) * of(*k)).sum::<DVec3>() / area;
+        let average =
+            |of: &dyn Fn(u32) -> DVec3| texels.iter().map(|k| self.open_area(*k) * of(*k)).sum::<DVec3>() / area;
         let place = |k: u32| self.mesh.texels[k as usize].position.as_dvec3();
         let light = |k: u32, half: usize| self.light[k as usize][half].as_dvec3();
         let centre = average(&place);
@@ -233,7 +236,7 @@ impl NoisyLight<'_> {
         let mut places = DMat3::ZERO;
         let mut with_light = [DMat3::ZERO; 2];
         for k in texels {
-            let share = self.area(*k) / area;
+            let share = self.open_area(*k) / area;
             let at = place(*k) - centre;
             places += outer_product(at, share * at);
             for half in 0..2 {
@@ -244,7 +247,7 @@ impl NoisyLight<'_> {
         if spread <= 0.0 {
             return None;
         }
-        let inverse = (places + RIDGE * spread * DMat3::IDENTITY).inverse();
+        let inverse = (places + RIDGE_SHARE * spread * DMat3::IDENTITY).inverse();
         let fit = LinearFit {
             centre,
             mean,
@@ -257,7 +260,7 @@ impl NoisyLight<'_> {
         (!texels.iter().any(is_negative)).then_some(fit)
     }
 
-    fn area(&self, k: u32) -> f64 {
+    fn open_area(&self, k: u32) -> f64 {
         f64::from(self.areas[k as usize])
     }
 

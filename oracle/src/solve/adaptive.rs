@@ -1,7 +1,7 @@
 //! Adaptive solves to a requested error: the scene is solved hierarchically in steps, each to half the error
 //! of the step before and on texels half as large where that matters, until two successive solutions differ
-//! by less than the request. If no texels are requested, they are halved until interpolation between them errs by no
-//! more than the request.
+//! by less than the request. If no texels are requested, they are halved where interpolation between
+//! them errs most, until it errs by about the request.
 //!
 //! By rays the steps are others: see `ray_steps`.
 //!
@@ -43,8 +43,8 @@ pub(super) const MAX_STEP_TEXELS: u64 = 1 << 20;
 const MIN_RAY_FACES: f64 = 200.0;
 /// The same number times the requested error: links grow with its inverse, rays faster.
 const RAY_FACES_PER_INVERSE_ERROR: f64 = 2.0;
-/// Least texels per side of a lamp in the second step by links: its parts are sources where it is half hidden. Of one texel
-/// 64 samples of visibility at most would decide, 2 % off.
+/// Least texels per side of a lamp in the second step by links: its parts are sources where it is half hidden. One texel
+/// has at most 64 samples of visibility.
 const MIN_LAMP_TEXELS: u32 = 8;
 /// Largest number of texels of all lamps for which each has [`MIN_LAMP_TEXELS`].
 const MAX_LAMP_TEXELS: u64 = 1 << 14;
@@ -331,7 +331,7 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
         }
         let unrefined = UNREFINED_SHARE * error * error;
         let before = &last.as_ref().resolutions;
-        texels = halve_largest(&scene.faces, before, &by_face, unrefined, |f, _| may_refine(f));
+        texels = halve_largest(&scene.faces, before, &by_face, unrefined, may_refine);
         refine_neighbours(&scene.faces, before, &mut texels, may_refine);
     }
     let converged = history.remaining_error().is_some_and(|remaining| remaining <= error);

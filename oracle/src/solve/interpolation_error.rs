@@ -26,14 +26,14 @@ const MAX_TEXELS_BY_LIGHT: u64 = 1 << 17;
 
 /// Squared deviations of the light of a face from mean and slope, integrals over the face.
 #[derive(Clone, Copy, Default)]
-struct Deviations {
+struct FitDeviations {
     /// Over 4×4 texels.
     fine: f64,
     /// Over 8×8 texels; 0 on fewer.
     coarse: f64,
 }
 
-impl Deviations {
+impl FitDeviations {
     /// Returns q, or `otherwise` without 8×8 texels.
     fn ratio_or(self, otherwise: f64) -> f64 {
         match self.coarse > 0.0 {
@@ -46,13 +46,13 @@ impl Deviations {
 /// Returns the error of interpolation on each face in `channel`, its square times `scale`.
 pub(super) fn interpolation_errors(scene: &Scene, step: &SolveStep, (channel, scale): (usize, f64)) -> Vec<TexelError> {
     let by_face = measure_deviations(scene, step, channel);
-    let mut sum = Deviations::default();
+    let mut sum = FitDeviations::default();
     for own in by_face.iter().filter(|own| own.coarse > 0.0) {
         sum.fine += own.fine;
         sum.coarse += own.coarse;
     }
     let mean_ratio = sum.ratio_or(RATIO_RANGE[1]);
-    let error = |own: &Deviations| {
+    let error = |own: &FitDeviations| {
         let ratio = own.ratio_or(mean_ratio);
         TexelError {
             square: ERROR_PER_DEVIATION * ratio * own.fine * scale,
@@ -77,7 +77,7 @@ pub(super) fn reduce_interpolation_error(
 }
 
 /// Returns the deviations of the light of the open parts in `channel`.
-fn measure_deviations(scene: &Scene, step: &SolveStep, channel: usize) -> Vec<Deviations> {
+fn measure_deviations(scene: &Scene, step: &SolveStep, channel: usize) -> Vec<FitDeviations> {
     let (mesh, open) = (&step.mesh, &step.outcome.open);
     let tree = TexelTree::new(scene, mesh);
     let areas: Vec<f32> = mesh
@@ -110,7 +110,7 @@ fn measure_deviations(scene: &Scene, step: &SolveStep, channel: usize) -> Vec<De
             let sum: f64 = nodes.iter().map(|k| square(&light, *k) - square(&noise, *k)).sum();
             sum.max(0.0) / nodes.len() as f64 * face.area()
         };
-        Deviations {
+        FitDeviations {
             fine: over(2),
             coarse: if levels >= 3 { over(3) } else { 0.0 },
         }
@@ -130,30 +130,39 @@ mod tests {
     use glam::{DVec2, DVec3, Vec3};
 
     /// Texels per side of a unit square.
-    const TEXELS: u32 = 64;
+    const TEXELS_PER_SIDE: u32 = 64;
     /// Points per side of a texel on which light is averaged.
-    const POINTS: u32 = 8;
+    const POINTS_PER_TEXEL_SIDE: u32 = 8;
 
     /// Returns the means over the texels of a unit square of `light` at (x, y), one row after the other.
     fn texel_means(light: &dyn Fn(DVec2) -> f64) -> Vec<f64> {
         let mean = |k: u32| {
             let point = |p: u32| {
-                let within = DVec2::new(f64::from(p % POINTS), f64::from(p / POINTS)) + 0.5;
-                let texel = DVec2::new(f64::from(k % TEXELS), f64::from(k / TEXELS));
-                light((texel + within / f64::from(POINTS)) / f64::from(TEXELS))
+                let within = DVec2::new(
+                    f64::from(p % POINTS_PER_TEXEL_SIDE),
+                    f64::from(p / POINTS_PER_TEXEL_SIDE),
+                ) + 0.5;
+                let texel = DVec2::new(f64::from(k % TEXELS_PER_SIDE), f64::from(k / TEXELS_PER_SIDE));
+                light((texel + within / f64::from(POINTS_PER_TEXEL_SIDE)) / f64::from(TEXELS_PER_SIDE))
             };
-            (0..POINTS * POINTS).map(point).sum::<f64>() / f64::from(POINTS * POINTS)
+            (0..POINTS_PER_TEXEL_SIDE * POINTS_PER_TEXEL_SIDE)
+                .map(point)
+                .sum::<f64>()
+                / f64::from(POINTS_PER_TEXEL_SIDE * POINTS_PER_TEXEL_SIDE)
         };
-        (0..TEXELS * TEXELS).map(mean).collect()
+        (0..TEXELS_PER_SIDE * TEXELS_PER_SIDE).map(mean).collect()
     }
 
     /// Returns ∫ (interpolated − light)² dA, bilinear between the texels' centres.
     fn measure_error(light: &dyn Fn(DVec2) -> f64, means: &[f64]) -> f64 {
-        let points = TEXELS * POINTS;
-        let at = |x: u32, y: u32| means[(y.min(TEXELS - 1) * TEXELS + x.min(TEXELS - 1)) as usize];
+        let points = TEXELS_PER_SIDE * POINTS_PER_TEXEL_SIDE;
+        let at = |x: u32, y: u32| {
+            means[(y.min(TEXELS_PER_SIDE - 1) * TEXELS_PER_SIDE + x.min(TEXELS_PER_SIDE - 1)) as usize]
+        };
         let square = |p: u32| {
             let place = (DVec2::new(f64::from(p % points), f64::from(p / points)) + 0.5) / f64::from(points);
-            let grid = (place * f64::from(TEXELS) - 0.5).clamp(DVec2::ZERO, DVec2::splat(f64::from(TEXELS - 1)));
+            let grid = (place * f64::from(TEXELS_PER_SIDE) - 0.5)
+                .clamp(DVec2::ZERO, DVec2::splat(f64::from(TEXELS_PER_SIDE - 1)));
             let (x, y) = (grid.x as u32, grid.y as u32);
             let row = |y: u32| at(x, y) + grid.x.fract() * (at(x + 1, y) - at(x, y));
             (row(y) + grid.y.fract() * (row(y + 1) - row(y)) - light(place)).powi(2)
@@ -167,7 +176,7 @@ mod tests {
             faces: vec![Face::quad("square", corners, Vec3::ZERO, Vec3::ONE)],
             ..Scene::default()
         };
-        let mesh = Mesh::uniform(&scene, TEXELS, 1).expect("a mesh");
+        let mesh = Mesh::uniform(&scene, TEXELS_PER_SIDE, 1).expect("a mesh");
         let mut outcome = TexelSolution {
             open: vec![1.0; mesh.texels.len()],
             ..TexelSolution::default()
@@ -175,7 +184,7 @@ mod tests {
         let index = |k: usize| mesh.texels[k].index as usize;
         outcome.irradiance = (0..mesh.texels.len()).map(|k| irradiance[index(k)]).collect();
         outcome.noise = (0..mesh.texels.len()).map(|k| noise[index(k)]).collect();
-        let step = SolveStep::new(vec![[TEXELS; 2]], mesh, outcome);
+        let step = SolveStep::new(vec![[TEXELS_PER_SIDE; 2]], mesh, outcome);
         interpolation_errors(&scene, &step, (0, 1.0))[0].square
     }
 
@@ -193,9 +202,9 @@ mod tests {
                 let across = DVec2::from_angle(degrees.to_radians());
                 let (mut estimated, mut measured) = (0.0, 0.0);
                 for place in 0..8 {
-                    let middle = 0.45 + 8.0 / f64::from(TEXELS) * (f64::from(place) / 8.0 + 0.05);
+                    let middle = 0.45 + 8.0 / f64::from(TEXELS_PER_SIDE) * (f64::from(place) / 8.0 + 0.05);
                     let light = |place: DVec2| {
-                        let texels = (place - middle).dot(across) * f64::from(TEXELS);
+                        let texels = (place - middle).dot(across) * f64::from(TEXELS_PER_SIDE);
                         (texels / width + 0.5).clamp(0.0, 1.0)
                     };
                     let means = texel_means(&light);
@@ -219,7 +228,7 @@ mod tests {
     fn noise_is_no_error() {
         let random = |seed: u32| {
             let value = |k| Vec3::splat(pcg_hash(2 * k + seed) as f32 / u32::MAX as f32 - 0.5);
-            (0..TEXELS * TEXELS).map(value).collect::<Vec<Vec3>>()
+            (0..TEXELS_PER_SIDE * TEXELS_PER_SIDE).map(value).collect::<Vec<Vec3>>()
         };
         let noise = random(0);
         let irradiance = random(1).into_iter().map(|noise| Vec3::ONE + noise).collect();

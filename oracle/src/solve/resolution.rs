@@ -138,7 +138,7 @@ pub fn halve_largest(
     texels: &[[u32; 2]],
     squares: &[f64],
     remaining: f64,
-    may_refine: impl Fn(usize, u64) -> bool,
+    may_refine: impl Fn(usize) -> bool,
 ) -> Vec<[u32; 2]> {
     let mut halved = texels.to_vec();
     let mut rest: f64 = squares.iter().sum();
@@ -147,7 +147,7 @@ pub fn halve_largest(
             break;
         }
         let k = f as usize;
-        if may_refine(k, count_texels(&texels[k..=k])) {
+        if may_refine(k) {
             halved[k] = faces[k].halve_texels(texels[k]);
         }
         rest -= squares[k];
