@@ -1,7 +1,7 @@
 # `make demo` sets everything up and compares the solvers on the bundled Cornell box; `make test`
 # sets everything up and runs the tests, `make atlas` those that take long.
 
-.PHONY: demo test atlas hardware driver bench peers chart dist pictures
+.PHONY: demo test atlas hardware driver bench peers chart web dist pictures
 
 demo: driver
 	cargo run --release --locked
@@ -29,6 +29,11 @@ peers:
 # Speed against accuracy on the bundled scenes, out/chart.html; interrupted, it goes on next time.
 chart: driver
 	cargo run --release --locked -- chart
+
+# The article "Radiosity, step by step" as a static site: out/web/index.html. It needs no GPU.
+web:
+	cargo build --release --locked --workspace --bin radiosity --bin web
+	target/release/web target/release/radiosity out/web
 
 # The pictures of README.md and GUIDE.md; `make peers` before it puts Mitsuba into the chart.
 pictures: driver

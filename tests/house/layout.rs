@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Packages that a package must not depend on: `common ← cpu, gpu ← oracle ← radiosity`; `stage_check` depends on none,
 /// `properties` on `common`, and only `stage_check` and `gpu` use wgpu.
-const FORBIDDEN_DEPENDENCIES: [(&str, &[&str]); 9] = [
+const FORBIDDEN_DEPENDENCIES: [(&str, &[&str]); 10] = [
     ("stage_check", &["common", "cpu", "gpu", "oracle", "radiosity"]),
     ("common", &["cpu", "gpu", "oracle", "radiosity", "wgpu"]),
     ("properties", &["cpu", "gpu", "oracle", "radiosity", "wgpu"]),
@@ -14,6 +14,7 @@ const FORBIDDEN_DEPENDENCIES: [(&str, &[&str]); 9] = [
     ("gpu", &["cpu", "oracle", "radiosity"]),
     ("oracle", &["radiosity", "wgpu", "clap", "maud", "plotters", "image"]),
     ("radiosity", &["wgpu"]),
+    ("web", &["cpu", "gpu", "radiosity", "wgpu"]),
     ("tests", &["wgpu"]),
     ("benches", &["wgpu"]),
 ];
@@ -22,7 +23,7 @@ const FORBIDDEN_DEPENDENCIES: [(&str, &[&str]); 9] = [
 const MAX_SHADER_LINES: usize = 175;
 
 /// Packages whose sources are examined.
-const SOURCE_PACKAGES: [&str; 7] = [
+const SOURCE_PACKAGES: [&str; 8] = [
     "common",
     "stage_check",
     "properties",
@@ -30,6 +31,7 @@ const SOURCE_PACKAGES: [&str; 7] = [
     "gpu",
     "oracle",
     "radiosity",
+    "web",
 ];
 /// Packages that other programs link, so their messages name no option.
 const LIBRARIES: [&str; 5] = ["common", "stage_check", "properties", "cpu", "gpu"];

@@ -1,5 +1,6 @@
 //! The commands, run as a program.
 
+mod article;
 pub mod bake;
 mod browser;
 mod chart;

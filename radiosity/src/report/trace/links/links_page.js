@@ -49,6 +49,15 @@ class LinkPage {
     this.write_position();
   }
 
+  // Shows the step and the part that the address names, at first step 1 and direct light.
+  go_to_address() {
+    const named = new URLSearchParams(location.hash.slice(1));
+    const part = GATHERS.includes(named.get("part")) ? named.get("part") : this.part;
+    this.part = part;
+    this.go(Number(named.get("step")) || this.step || 1);
+    if (this.viewer.part !== part) this.show_part(part);
+  }
+
   show_part(part) {
     this.part = part;
     this.viewer.select_part(part);
@@ -127,6 +136,7 @@ class LinkPage {
       const { left, top } = e.target.getBoundingClientRect();
       this.place = [e.clientX - left, e.clientY - top];
     }, true);
+    window.addEventListener("hashchange", () => this.go_to_address());
     const acts = { ArrowLeft: () => steps(-1), ArrowRight: () => steps(1), n: () => this.next_part() };
     document.addEventListener("keydown", (e) => {
       const act = acts[e.key];
@@ -142,9 +152,7 @@ document.querySelectorAll(".trace.links").forEach(async (element) => {
     const links = [];
     for (const step of element.querySelectorAll(".step")) links.push(await LinkStep.read(step));
     const page = new LinkPage(element, links);
-    const named = new URLSearchParams(location.hash.slice(1));
-    if (GATHERS.includes(named.get("part"))) page.part = named.get("part");
-    page.go(Number(named.get("step")) || 1);
+    page.go_to_address();
     page.listen();
     element.page = page;
     element.dataset.ready = "";
