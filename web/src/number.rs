@@ -82,6 +82,7 @@ fn format_number(value: f64) -> String {
         true => format!("{value:.0}"),
         false => format_digits(value, DIGITS),
     }
+    .replace('-', "−")
 }
 
 /// Formats a share as a percentage.
@@ -107,8 +108,8 @@ mod tests {
 
     #[test]
     fn numbers_have_significant_digits() {
-        let numbers = [418.0, 0.200_297_3, 1.998_19, 0.0, 12345.6].map(format_number);
-        assert_eq!(numbers, ["418", "0.2003", "1.998", "0", "12346"]);
+        let numbers = [418.0, 0.200_297_3, 1.998_19, 0.0, 12345.6, -0.001_308].map(format_number);
+        assert_eq!(numbers, ["418", "0.2003", "1.998", "0", "12346", "−0.001308"]);
         let shares = [0.916_666, 0.000_905, 1.0, 0.004_618, -0.042, 0.0].map(format_percentage);
         assert_eq!(shares, ["91.7 %", "0.0905 %", "100 %", "0.462 %", "−4.2 %", "0 %"]);
     }

@@ -31,12 +31,13 @@ pub struct Site {
     pub bytes: usize,
 }
 
-/// Runs the program and writes the site into `out`, which it replaces.
+/// Runs the program and writes the site into `out`, where it replaces an earlier one.
 ///
 /// Errors: a command of `web/runs.txt` fails, a placeholder cannot be filled, or a file cannot be written.
 pub fn build_site(repository: &Path, program: &Path, out: &Path) -> Result<Site> {
     let results = out.join("results");
-    remove_folder(out)?;
+    remove_folder(&results)?;
+    remove_folder(&out.join("figures"))?;
     let runs = Runs::run_all(repository, program, &results)?;
     let site = write_site(repository, &runs, out);
     remove_folder(&results)?;
