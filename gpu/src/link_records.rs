@@ -215,6 +215,8 @@ record! {
         pub visibility: f32,
         /// Largest error by the size of a spot.
         pub near: f32,
+        /// Change at a shadow's edge that is followed.
+        pub edge: f32,
         /// Blocks.
         pub blocks: u32,
         /// Most pairs.
@@ -222,6 +224,6 @@ record! {
         /// Most links.
         pub links: u32,
         /// Nothing.
-        pub pad: [u32; 2],
+        pub pad: u32,
     }
 }

@@ -42,6 +42,9 @@ pub enum RequestedLight<'a> {
 /// Light is linear where it deviates from its prediction by no more than this many thresholds.
 pub const MAX_LINEAR_DEVIATION: f32 = 4.0;
 
+/// Change at the edge of a soft shadow that is followed, in `source` thresholds: about half of it is linear.
+const SOFT_EDGE_CHANGE: f32 = 2.0 * MAX_LINEAR_DEVIATION;
+
 /// Errors that a link may have, relative to the RMS of the reflected light.
 #[derive(Clone, Copy, Debug)]
 pub struct LinkThresholds {
@@ -51,8 +54,8 @@ pub struct LinkThresholds {
     pub visibility: f32,
     /// From the size of a receiver spot.
     pub near: f32,
-    /// A shadow edge is followed where it changes more than this many `source` thresholds.
-    pub soft: f32,
+    /// Change at a shadow's edge that is followed.
+    pub edge: f32,
 }
 
 impl LinkThresholds {
@@ -62,6 +65,14 @@ impl LinkThresholds {
             source: self.source * factor,
             visibility: self.visibility * factor,
             near: self.near * factor,
+            edge: self.edge * factor,
+        }
+    }
+
+    /// Returns the thresholds for light from all sides, whose shadows are soft.
+    pub fn with_soft_edges(self) -> Self {
+        Self {
+            edge: SOFT_EDGE_CHANGE * self.source,
             ..self
         }
     }

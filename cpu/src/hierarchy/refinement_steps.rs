@@ -123,7 +123,7 @@ pub fn refine_by_visibility(
     }
     Some(VisibilityRefinement {
         samples: (required > second as f32).then(|| required.ceil().min(max as f32) as u32),
-        crosses_shadow_edge: shines * visibility_deviation(seen) > thresholds.soft * thresholds.source,
+        crosses_shadow_edge: shines * visibility_deviation(seen) > thresholds.edge,
     })
 }
 

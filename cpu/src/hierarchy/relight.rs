@@ -9,7 +9,7 @@
 
 use crate::hierarchy::final_gather::ReceiverSelection;
 use crate::hierarchy::linear_radiosity::pull_radiosity;
-use crate::hierarchy::linker::{LinkMethod, LinkThresholds, MAX_LINEAR_DEVIATION, RequestedLight};
+use crate::hierarchy::linker::{LinkMethod, RequestedLight};
 use crate::hierarchy::solver::{ErrorBudget, HierarchicalSolver, TexelSolution, with_solver};
 use crate::occlusion::occluders::Occluders;
 use common::mesh::Mesh;
@@ -76,11 +76,8 @@ fn solve_change(
     let room = 0..mesh.room_faces as usize;
     let on_room_faces = ReceiverSelection::on_faces(room.clone());
     let on_room_faces = on_room_faces.limit_radius(0.5 * object_radius(mesh));
-    // Shadows of light from all sides are soft: an edge may change no more than linear light deviates.
-    let soft_edges = LinkThresholds {
-        soft: MAX_LINEAR_DEVIATION,
-        ..budget.direct
-    };
+    // Captured light comes from all sides.
+    let soft_edges = budget.direct.with_soft_edges();
     let occluded = solver.gather_at_texels(
         RequestedLight::OccludedBy(&objects),
         &sources,

@@ -1,7 +1,7 @@
 //! Direct light from outside the scene: the sky's faces are linked to the texels as lamps are.
 
 use crate::hierarchy::final_gather::ReceiverSelection;
-use crate::hierarchy::linker::{LinkMethod, LinkThresholds, MAX_LINEAR_DEVIATION, RequestedLight};
+use crate::hierarchy::linker::{LinkMethod, LinkThresholds, RequestedLight};
 use crate::hierarchy::solver::{ErrorBudget, HierarchicalSolver, MIN_REFLECTANCE, with_solver};
 use common::Result;
 use common::capture::sky::build_sky_faces;
@@ -26,7 +26,7 @@ const FIRST_THRESHOLDS: LinkThresholds = LinkThresholds {
     source: 2e-2,
     visibility: 2e-2,
     near: 2e-2,
-    soft: 1.0,
+    edge: 2e-2,
 };
 /// Approximate progress of both gatherings.
 const GATHER_PROGRESS: [Range<f64>; 2] = [0.0..0.2, 0.2..1.0];
@@ -65,10 +65,7 @@ pub fn receive_sky(scene: &Scene, mesh: &mut Mesh, error: f32, watch: ProgressCa
         let estimate = gather(&solver, FIRST_THRESHOLDS, first)?;
         solver.scale = inverse_light(reflected_rms(&around, &estimate[..texels]));
         // Shadows of light from all sides are soft; a sun's edge is far above this.
-        let soft_edges = LinkThresholds {
-            soft: MAX_LINEAR_DEVIATION,
-            ..ErrorBudget::for_error(error).direct
-        };
+        let soft_edges = ErrorBudget::for_error(error).direct.with_soft_edges();
         gather(&solver, soft_edges, second)
     })?;
     for (k, own) in mesh.texels_in_face_order().into_iter().enumerate() {

@@ -62,7 +62,7 @@ const ESTIMATE_THRESHOLDS: LinkThresholds = LinkThresholds {
     source: 2e-2,
     visibility: 2e-2,
     near: 2e-2,
-    soft: 1.0,
+    edge: 2e-2,
 };
 
 /// The thresholds of each step, for an error relative to the RMS of the reflected light.
@@ -81,12 +81,13 @@ impl ErrorBudget {
             source: source * error,
             visibility: visibility * error,
             near: NEAR_ERROR_SHARE * source * error,
-            soft: 1.0,
+            edge: source * error,
         };
         Self {
             direct: at(0.3, 0.1),
             coarse: at(0.5, 0.5),
-            fine: at(0.25, 0.1),
+            // Of surfaces: light from all sides.
+            fine: at(0.25, 0.1).with_soft_edges(),
             error,
         }
     }

@@ -74,13 +74,15 @@ impl GpuLinker {
     }
 
     /// Sets the radiosity of the nodes, and the largest errors of links over the RMS of the reflected light: from the
-    /// variation of a node's radiosity, from partial visibility, and from the size of a spot.
-    pub fn set_light(&mut self, radiosity: &[RadiosityRecord], [source, visibility, near]: [f32; 3]) {
+    /// variation of a node's radiosity, from partial visibility, and from the size of a spot; and the change at a shadow's
+    /// edge that is followed.
+    pub fn set_light(&mut self, radiosity: &[RadiosityRecord], [source, visibility, near, edge]: [f32; 4]) {
         self.host.write(&self.buffers.table["radiosity"], radiosity);
         self.request = RequestRecord {
             source,
             visibility,
             near,
+            edge,
             ..RequestRecord::zeroed()
         };
     }

@@ -62,9 +62,9 @@ struct Request {
     source: f32,             // thresholds
     visibility: f32,
     near: f32,
+    edge: f32,               // change at a shadow's edge that is followed
     blocks: u32,
     pairs: u32,              // most pairs
     links: u32,              // most links
-    pad0: u32,
-    pad1: u32,
+    pad: u32,
 }

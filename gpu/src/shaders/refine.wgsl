@@ -161,7 +161,7 @@ fn refine_by_visibility(@builtin(workgroup_id) group: vec3u, @builtin(num_workgr
         pairs[pair].state = PAIR_SUBDIVIDE;
         return;
     }
-    let edge = shines * visibility_deviation(seen) > request.source;
+    let edge = shines * visibility_deviation(seen) > request.edge;
     pairs[pair].state = select(PAIR_LINK, PAIR_EDGE, edge);
     if samples > f32(SAMPLES_SECOND) {
         pairs[pair].samples = u32(min(ceil(samples), f32(SAMPLES_MAX)));

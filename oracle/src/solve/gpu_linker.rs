@@ -49,7 +49,12 @@ impl LinkerOnGpu {
     fn upload_request(&self, request: &LinkRequest) -> Vec<BlockReceiver> {
         let light = radiosity_records(&request.radiosity[..self.nodes]);
         let thresholds = request.thresholds;
-        let thresholds = [thresholds.source, thresholds.visibility, thresholds.near];
+        let thresholds = [
+            thresholds.source,
+            thresholds.visibility,
+            thresholds.near,
+            thresholds.edge,
+        ];
         self.linker.borrow_mut().set_light(&light, thresholds);
         let blocks = request.receivers.blocks.iter();
         blocks

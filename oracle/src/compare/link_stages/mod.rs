@@ -247,10 +247,11 @@ impl LinkStages {
             source: thresholds.source,
             visibility: thresholds.visibility,
             near: thresholds.near,
+            edge: thresholds.edge,
             blocks: blocks.len() as u32,
             pairs: u32::MAX,
             links: u32::MAX,
-            pad: [0; 2],
+            pad: 0,
         };
         let light = radiosity_records(&request.radiosity[..scene.tree.nodes.len()]);
         let given: [(&str, &[u32]); 4] = [
