@@ -2,10 +2,9 @@
 //!
 //! - By rays: the second step tells the texels of the last one (see `ray_steps`). The noise variance of n rays falls as
 //!   n^-1.25 whatever the texels are, so that a texel's rays grow by the noise's ratio to the power 1.6.
-//! - By links: the second step, as a rule the last, is solved to half the error on texels that the first step chooses. Work
-//!   goes with the number of texels. A texel's links grow by √2 at most (sources are linear, so that the error
-//!   of a link goes with the area of its source), and about as many texels are interpolated instead. If no texels are
-//!   requested, another step follows on those that light needs.
+//! - By links: the second step, as a rule the last, is solved to half the error on texels that the first step chooses. If
+//!   no texels are requested, another step follows on those that light needs. Work grows less than texels and links do: most
+//!   texels are interpolated, and links to nodes are shared by their parts.
 
 use super::adaptive::{AdaptiveSolve, brightest_channel, solve_first_step};
 use super::error_estimate::ErrorHistory;
@@ -22,6 +21,13 @@ use common::Result;
 use common::scene::Scene;
 use common::settings::Settings;
 use cpu::hierarchy::linker::LinkMethod;
+use std::f64::consts::FRAC_1_SQRT_2;
+
+/// Power of the number of texels over the error with which the work of a step by links grows, from 14 rooms of 17 to 168
+/// faces.
+const WORK_EXPONENT: f64 = 2.0 / 3.0;
+/// Errors of the second step and of that on texels that light needs, over the requested one.
+const LATER_GOALS: [f64; 2] = [0.5, FRAC_1_SQRT_2];
 
 /// The first step of a solve, and what the whole takes.
 pub struct FirstStep {
@@ -69,11 +75,13 @@ fn forecast_solve(
         (step, kept, work_ratio)
     } else {
         let (first, second) = solve_first_step(&problem, target.error)?;
-        let texels = [first.mesh.texels.len() as u64, count_texels(&second)];
         let last = count_result_texels(scene, target, &first, &second);
-        let after = texels[1] + last.unwrap_or(0);
-        let work_ratio = 1.0 + after as f64 / texels[0].max(1) as f64;
-        (first, [last.unwrap_or(texels[1]), 0], work_ratio)
+        let later = [Some(count_texels(&second)), last];
+        let texels = last.unwrap_or(count_texels(&second));
+        let before = step_work(first.mesh.texels.len() as u64, 1.0);
+        let steps = later.into_iter().zip(LATER_GOALS);
+        let after: f64 = steps.filter_map(|(texels, goal)| Some(step_work(texels?, goal))).sum();
+        (first, [texels, 0], 1.0 + after / before)
     };
     Ok(FirstStep {
         solved: resample_result(scene, settings, target, step, ErrorHistory::default())?,
@@ -81,6 +89,11 @@ fn forecast_solve(
         rays,
         work_ratio,
     })
+}
+
+/// Returns the work of a step on so many texels to `goal`, in a unit of its own.
+fn step_work(texels: u64, goal: f64) -> f64 {
+    (texels as f64 / goal).powf(WORK_EXPONENT)
 }
 
 /// Returns the texels of a step on those that light needs, after one on the `second` texels; none if there is no such step.
