@@ -9,9 +9,9 @@ use std::fs;
 use std::path::Path;
 
 /// Words that may stand before the keyword of an item.
-const QUALIFIERS: [&str; 3] = ["pub", "pub(crate)", "pub(super)"];
+const ITEM_QUALIFIERS: [&str; 3] = ["pub", "pub(crate)", "pub(super)"];
 /// Keywords of items.
-const KEYWORDS: [&str; 4] = ["fn", "struct", "enum", "const"];
+const ITEM_KEYWORDS: [&str; 4] = ["fn", "struct", "enum", "const"];
 
 /// Reads the lines of `item` in `file`, a path in the repository.
 ///
@@ -41,14 +41,18 @@ pub fn find_item(text: &str, item: &str) -> Option<String> {
 
 /// Returns the name of the item that begins on this line.
 fn defined_name(line: &str) -> Option<&str> {
-    let mut words = line.split_whitespace().skip_while(|word| QUALIFIERS.contains(word));
+    let mut words = line
+        .split_whitespace()
+        .skip_while(|word| ITEM_QUALIFIERS.contains(word));
     let mut keyword = words.next()?;
     let mut name = words.next()?;
     if keyword == "const" && name == "fn" {
         (keyword, name) = (name, words.next()?);
     }
     let end = name.find(|c: char| !(c.is_alphanumeric() || c == '_'));
-    KEYWORDS.contains(&keyword).then(|| &name[..end.unwrap_or(name.len())])
+    ITEM_KEYWORDS
+        .contains(&keyword)
+        .then(|| &name[..end.unwrap_or(name.len())])
 }
 
 /// Returns whether a line is part of the comment or of the attributes above an item.

@@ -9,7 +9,7 @@ use oracle::exact::{furnace_radiosity, parallel_rectangles, perpendicular_rectan
 ///
 /// Errors: it is not, or there is no such function of so many arguments.
 pub fn check_number(printed: &str, function: &str, arguments: &[f64]) -> Result<()> {
-    let value = evaluate(function, arguments)?;
+    let value = evaluate_function(function, arguments)?;
     let decimals = printed.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     match format!("{value:.decimals$}") == printed {
         true => Ok(()),
@@ -20,7 +20,7 @@ pub fn check_number(printed: &str, function: &str, arguments: &[f64]) -> Result<
 }
 
 /// Evaluates an exact function.
-fn evaluate(function: &str, arguments: &[f64]) -> Result<f64> {
+fn evaluate_function(function: &str, arguments: &[f64]) -> Result<f64> {
     Ok(match (function, arguments) {
         ("furnace_radiosity", &[emission, reflectance]) => furnace_radiosity(emission, reflectance),
         ("parallel_rectangles", &[a, b, distance]) => parallel_rectangles(a, b, distance),

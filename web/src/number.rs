@@ -9,19 +9,19 @@
 //! ```
 
 use crate::Result;
-use crate::runs::Runs;
+use crate::runs::FinishedRuns;
 use common::solution::read::StoredSolution;
 use serde_json::Value;
 
 /// Digits of a number that is not whole.
-const DIGITS: usize = 4;
+const NUMBER_DIGITS: usize = 4;
 /// Digits of a percentage.
 const PERCENT_DIGITS: usize = 3;
 
 /// Returns a number of a run as text.
 ///
 /// Errors: the results have no such number.
-pub fn read_number(runs: &Runs, run: &str, quantity: &[&str]) -> Result<String> {
+pub fn read_number(runs: &FinishedRuns, run: &str, quantity: &[&str]) -> Result<String> {
     let missing = || format!("{run} has no number {}", quantity.join(" "));
     match quantity {
         ["error"] => {
@@ -56,12 +56,12 @@ pub fn read_number(runs: &Runs, run: &str, quantity: &[&str]) -> Result<String> 
 }
 
 /// Returns the number of shots of a run.
-pub fn count_shots(runs: &Runs, run: &str) -> Result<u64> {
+pub fn count_shots(runs: &FinishedRuns, run: &str) -> Result<u64> {
     let shots = read_json(runs, run, "result.json")?["shots"].as_u64();
     shots.ok_or_else(|| format!("{run} has no shots"))
 }
 
-fn read_json(runs: &Runs, run: &str, file: &str) -> Result<Value> {
+fn read_json(runs: &FinishedRuns, run: &str, file: &str) -> Result<Value> {
     serde_json::from_slice(&runs.read_file(run, file)?).map_err(|error| format!("{file} of {run}: {error}"))
 }
 
@@ -80,7 +80,7 @@ fn mean_of_face(solution: &StoredSolution, channel: &str, face: &str) -> Option<
 fn format_number(value: f64) -> String {
     match value.fract() == 0.0 {
         true => format!("{value:.0}"),
-        false => format_digits(value, DIGITS),
+        false => format_digits(value, NUMBER_DIGITS),
     }
     .replace('-', "−")
 }

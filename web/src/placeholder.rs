@@ -4,7 +4,8 @@ use crate::Result;
 use crate::excerpt::read_item;
 use crate::hand::check_number;
 use crate::number::{count_shots, read_number};
-use crate::runs::Runs;
+use crate::runs::FinishedRuns;
+use maud::html;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -12,16 +13,16 @@ use std::path::Path;
 pub const RECORD_PAGE: &str = "trace.html";
 
 /// What fills the placeholders, and the files that filled texts refer to.
-pub struct Filler<'a> {
+pub struct PlaceholderFiller<'a> {
     /// Root of the repository.
     pub repository: &'a Path,
     /// Results of the program.
-    pub runs: &'a Runs,
+    pub runs: &'a FinishedRuns,
     /// Files of runs that pages show, as run and file.
     pub shown_files: BTreeSet<(String, String)>,
 }
 
-impl Filler<'_> {
+impl PlaceholderFiller<'_> {
     /// Fills all placeholders of `text`, a file of this `name`.
     ///
     /// Errors: a placeholder that is unknown or cannot be filled; the message names the file and what is missing.
@@ -56,17 +57,20 @@ impl Filler<'_> {
                 let arguments = arguments.iter().map(parse).collect::<Result<Vec<f64>>>()?;
                 check_number(printed, function, &arguments).map(|()| printed.to_owned())
             }
-            ["command", run] => Ok(format!("<code>{}</code>", escape_html(&self.runs.command_of(run)?))),
+            ["command", run] => Ok(html! { code { (self.runs.command_of(run)?) } }.into_string()),
             _ => Err(format!("no placeholder is {{{{{placeholder}}}}}")),
         }
     }
 
     fn quote_item(&self, language: &str, file: &str, item: &str) -> Result<String> {
-        let code = escape_html(&read_item(self.repository, file, item)?);
-        Ok(format!(
-            "<figure class=\"code\" data-language=\"{language}\"><figcaption><b>{language}</b> <code>{item}</code> in <code>{file}</code></figcaption>\
-             <pre tabindex=\"0\"><code>{code}</code></pre></figure>"
-        ))
+        let code = read_item(self.repository, file, item)?;
+        let figure = html! {
+            figure.code data-language=(language) {
+                figcaption { b { (language) } " " code { (item) } " in " code { (file) } }
+                pre tabindex="0" { code { (code) } }
+            }
+        };
+        Ok(figure.into_string())
     }
 
     fn embed_page(&mut self, run: &str, place: &str, caption: &str) -> Result<String> {
@@ -74,22 +78,29 @@ impl Filler<'_> {
             self.check_shot(run, shot)?;
         }
         let page = self.show_file(run, RECORD_PAGE)?;
-        let place = escape_html(place);
-        let command = escape_html(&self.runs.command_of(run)?);
-        let caption = escape_html(caption);
-        Ok(format!(
-            "<figure class=\"live\"><iframe loading=\"lazy\" name=\"{run}\" title=\"{caption}\" src=\"{page}#{place}\"></iframe>\
-             <figcaption>{caption} <a href=\"{page}#{place}\" target=\"_blank\">Open this figure by itself</a>. Made by \
-             <code>{command}</code>.</figcaption></figure>"
-        ))
+        let address = format!("{page}#{place}");
+        let command = self.runs.command_of(run)?;
+        let figure = html! {
+            figure.live {
+                iframe loading="lazy" name=(run) title=(caption) src=(address) {}
+                figcaption {
+                    (caption) " " a href=(address) target="_blank" { "Open this figure by itself" } ". Made by "
+                    code { (command) } "."
+                }
+            }
+        };
+        Ok(figure.into_string())
     }
 
     fn embed_picture(&mut self, run: &str, file: &str, caption: &str) -> Result<String> {
         let picture = self.show_file(run, file)?;
-        let caption = escape_html(caption);
-        Ok(format!(
-            "<figure class=\"wide\"><img loading=\"lazy\" src=\"{picture}\" alt=\"{caption}\"><figcaption>{caption}</figcaption></figure>"
-        ))
+        let figure = html! {
+            figure.wide {
+                img loading="lazy" src=(picture) alt=(caption);
+                figcaption { (caption) }
+            }
+        };
+        Ok(figure.into_string())
     }
 
     fn link_shot(&self, run: &str, shot: &str) -> Result<String> {
@@ -99,7 +110,7 @@ impl Filler<'_> {
 
     fn link_step(&self, run: &str, step: &str, part: &str) -> Result<String> {
         self.runs.folder_of(run)?;
-        let place = format!("step={step}&amp;part={part}");
+        let place = format!("step={step}&part={part}");
         let text = match part {
             "direct" => "direct light",
             "coarse" => "coarse links",
@@ -133,13 +144,5 @@ pub fn site_address(run: &str, file: &str) -> String {
 
 fn link_into_figure(run: &str, place: &str, text: &str) -> String {
     let page = site_address(run, RECORD_PAGE);
-    format!("<a href=\"{page}#{place}\" target=\"{run}\">{text}</a>")
-}
-
-/// Escapes text for HTML.
-pub fn escape_html(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
+    html! { a href={ (page) "#" (place) } target=(run) { (text) } }.into_string()
 }

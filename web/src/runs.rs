@@ -13,13 +13,13 @@ use std::process::{Command, Stdio};
 pub const RUNS_FILE: &str = "web/runs.txt";
 
 /// Finished runs.
-pub struct Runs {
+pub struct FinishedRuns {
     commands: BTreeMap<String, String>,
     folder: PathBuf,
 }
 
-impl Runs {
-    /// Runs all commands; the results lie in folders of `folder`, named as the runs.
+impl FinishedRuns {
+    /// FinishedRuns all commands; the results lie in folders of `folder`, named as the runs.
     ///
     /// Errors: a line is not a command, or a command fails.
     pub fn run_all(repository: &Path, program: &Path, folder: &Path) -> Result<Self> {

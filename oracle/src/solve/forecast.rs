@@ -23,8 +23,7 @@ use common::settings::Settings;
 use cpu::hierarchy::linker::LinkMethod;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// Power of the number of texels over the error with which the work of a step by links grows, from 14 rooms of 17 to 168
-/// faces.
+/// Power of the number of texels over the error with which the work of a step by links grows on rooms of few faces.
 const WORK_EXPONENT: f64 = 2.0 / 3.0;
 /// Errors of the second step and of that on texels that light needs, over the requested one.
 const LATER_GOALS: [f64; 2] = [0.5, FRAC_1_SQRT_2];

@@ -7,18 +7,18 @@ use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
 use web::excerpt::find_item;
-use web::placeholder::Filler;
-use web::runs::Runs;
-use web::site::{SECTIONS, write_site};
+use web::placeholder::PlaceholderFiller;
+use web::runs::FinishedRuns;
+use web::site::{ARTICLE_SECTIONS, write_site};
 
 /// A script that opens all figures of the article and measures what they show.
-const MEASURE: &str = include_str!("article.js");
+const MEASURING_SCRIPT: &str = include_str!("article.js");
 /// Maximum bytes of the site.
 const MAX_SITE_BYTES: usize = 15_000_000;
 /// Widths of a phone and of a desktop in pixels.
-const WIDTHS: [u64; 2] = [390, 1280];
+const PAGE_WIDTHS_PIXELS: [u64; 2] = [390, 1280];
 /// Anchors of the sections.
-const ANCHORS: [&str; 8] = [
+const SECTION_ANCHORS: [&str; 8] = [
     "watt",
     "form-factor",
     "item-buffer",
@@ -29,14 +29,14 @@ const ANCHORS: [&str; 8] = [
     "relighting",
 ];
 
-fn repository() -> &'static Path {
+fn repository_root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
 /// The site, built once for all tests, and its runs.
 struct BuiltSite {
     folder: TestFolder,
-    runs: Runs,
+    runs: FinishedRuns,
     bytes: usize,
 }
 
@@ -45,8 +45,8 @@ fn built_site() -> &'static BuiltSite {
     SITE.get_or_init(|| {
         let folder = TestFolder::new();
         let program = Path::new(env!("CARGO_BIN_EXE_radiosity"));
-        let runs = Runs::run_all(repository(), program, &folder.path("results")).unwrap();
-        let site = write_site(repository(), &runs, &folder.path("site")).unwrap();
+        let runs = FinishedRuns::run_all(repository_root(), program, &folder.path("results")).unwrap();
+        let site = write_site(repository_root(), &runs, &folder.path("site")).unwrap();
         BuiltSite {
             folder,
             runs,
@@ -62,8 +62,8 @@ impl BuiltSite {
 
     /// Fills a text as a section of the article.
     fn fill(&self, text: &str) -> Result<String, String> {
-        let mut filler = Filler {
-            repository: repository(),
+        let mut filler = PlaceholderFiller {
+            repository: repository_root(),
             runs: &self.runs,
             shown_files: BTreeSet::new(),
         };
@@ -99,7 +99,7 @@ fn article_has_eight_complete_sections() {
     let article = site.read_page("index.html");
     let sections: Vec<&str> = article.split("<section id=\"").skip(1).collect();
     let anchors = sections.iter().map(|section| section.split('"').next().unwrap());
-    assert_eq!(anchors.take(8).collect::<Vec<_>>(), ANCHORS);
+    assert_eq!(anchors.take(8).collect::<Vec<_>>(), SECTION_ANCHORS);
     for section in &sections[..8] {
         assert_eq!(missing_parts(section), [""; 0], "{}", &section[..40]);
         assert_eq!(section.matches("<iframe").count(), 1, "{}", &section[..40]);
@@ -148,7 +148,11 @@ fn pages_have_no_placeholder_and_request_nothing_from_elsewhere() {
             path.display()
         );
         // Nor does a figure name folders of the machine on which it was made.
-        assert!(!text.contains(repository().to_str().unwrap()), "{}", path.display());
+        assert!(
+            !text.contains(repository_root().to_str().unwrap()),
+            "{}",
+            path.display()
+        );
     }
 }
 
@@ -156,13 +160,13 @@ fn pages_have_no_placeholder_and_request_nothing_from_elsewhere() {
 fn code_of_the_article_is_that_of_the_sources() {
     let article = built_site().read_page("index.html");
     let mut quoted = 0;
-    for section in SECTIONS {
-        let text = fs::read_to_string(repository().join(format!("web/sections/{section}.html"))).unwrap();
+    for section in ARTICLE_SECTIONS {
+        let text = fs::read_to_string(repository_root().join(format!("web/sections/{section}.html"))).unwrap();
         for placeholder in text.split("{{").skip(1).map(|rest| rest.split("}}").next().unwrap()) {
             let [kind @ ("rust" | "wgsl"), file, item] = placeholder.split(' ').collect::<Vec<_>>()[..] else {
                 continue;
             };
-            let source = fs::read_to_string(repository().join(file)).unwrap();
+            let source = fs::read_to_string(repository_root().join(file)).unwrap();
             let code = find_item(&source, item).unwrap();
             let ending = if kind == "rust" { ".rs" } else { ".wgsl" };
             assert!(
@@ -172,11 +176,7 @@ fn code_of_the_article_is_that_of_the_sources() {
             // Every line of the excerpt is a line of the file.
             let lines: BTreeSet<&str> = source.lines().map(str::trim).collect();
             assert!(code.lines().all(|line| lines.contains(line.trim())), "{placeholder}");
-            let shown = code
-                .replace('&', "&amp;")
-                .replace('<', "&lt;")
-                .replace('>', "&gt;")
-                .replace('"', "&quot;");
+            let shown = maud::html! { (code) }.into_string();
             assert!(article.contains(&shown), "{placeholder}");
             quoted += 1;
         }
@@ -270,10 +270,10 @@ fn article_shows_every_figure_on_phone_and_desktop() {
         return;
     };
     let site = built_site();
-    for width in WIDTHS {
+    for width in PAGE_WIDTHS_PIXELS {
         let frame = |page: &str| format!("<iframe src=\"{page}\" width={width} height=800></iframe>");
         let frames = frame("index.html") + &frame("lesson.html");
-        let page = with_script(&format!("<body>{frames}</body>"), MEASURE);
+        let page = with_script(&format!("<body>{frames}</body>"), MEASURING_SCRIPT);
         site.folder.write(&format!("site/{width}.html"), page);
         let did = page_outcome(&browser, &site.folder.path(&format!("site/{width}.html")));
         assert!(did["failed"].is_null(), "{did}");
