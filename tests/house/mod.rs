@@ -2,6 +2,7 @@
 
 mod layout;
 mod paper;
+mod shader_operators;
 mod shader_twins;
 mod source;
 mod your_shader;

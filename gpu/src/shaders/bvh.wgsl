@@ -107,7 +107,7 @@ fn leaf_primitives(node: u32, child: u32) -> vec2u {
 fn continue_traversal(node: u32, hits: u32) -> bool {
     let nodes_hit = hits & inner_children(node);
     if nodes_hit != 0u {
-        siblings = vec2u(nodes[node].children, nodes_hit << 8u | inner_children(node));
+        siblings = vec2u(nodes[node].children, (nodes_hit << 8u) | inner_children(node));
         return true;
     }
     if depth == 0u {

@@ -25,8 +25,8 @@ fn draw_vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) shot:
     let side = index / 6u % IMAGE_PLANES;
     let limits = image_bound(face, side);
     // Lower left 0, lower right 1, upper left 2, upper right 3: corners 0 1 2 and 2 1 3, as bits.
-    let right = (0x32u >> (index % 6u) & 1u) == 1u;
-    let upper = (0x2cu >> (index % 6u) & 1u) == 1u;
+    let right = ((0x32u >> (index % 6u)) & 1u) == 1u;
+    let upper = ((0x2cu >> (index % 6u)) & 1u) == 1u;
     let p = vec2f(select(limits.x, limits.z, right), select(limits.y, limits.w, upper));
     // An empty rectangle lies outside the square.
     let empty = any(limits.xy >= limits.zw);

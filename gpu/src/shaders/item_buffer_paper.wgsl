@@ -17,7 +17,7 @@ fn draw_vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) shot:
         return Vertex(vec4f(2.0, 2.0, 0.5, 1.0), vec2u(face, slot));
     }
     // Corners 0 1 2 and 0 2 3, a digit each.
-    let corner = 0x320210u >> (4u * (index % 6u)) & 3u;
+    let corner = (0x320210u >> (4u * (index % 6u))) & 3u;
     // Table 3, line 3; lines 4 to 6 are `project_direction`; line 7, where v.z is negative in front, is `printed`.
     let local = to_local(faces[face].corners[corner].xyz);
     let z = local.z * params.unit;
