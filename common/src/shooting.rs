@@ -233,13 +233,8 @@ pub fn shoot_until_converged(
     schedule: &Schedule,
     watch: &mut dyn FnMut(&Shot, f32) -> ControlFlow<()>,
 ) -> Result<SolveRun> {
-    require_southwell(schedule)?;
-    let emitted = total_power(&engine.patch_power()?);
-    let threshold = (f64::from(emitted) * schedule.epsilon) as f32;
-    let order = ShotOrder::Greedy { threshold };
-    shoot_in_order(engine, order, schedule.max_shots, emitted, &mut |shot| {
-        watch(shot, emitted)
-    })
+    let series = ShotSeries::until_converged(schedule, &engine.patch_power()?)?;
+    shoot_series(engine, series, watch)
 }
 
 /// Checks that the schedule's iteration shoots one patch at a time.
@@ -254,35 +249,81 @@ pub(crate) fn require_southwell(schedule: &Schedule) -> Result<()> {
 
 /// Shoots the patches of `log`, in its order, on a fresh engine.
 pub fn replay_log(engine: &mut dyn Shoot, log: &[u32]) -> Result<SolveRun> {
-    let emitted = total_power(&engine.patch_power()?);
-    let order = ShotOrder::Replay(log);
-    shoot_in_order(engine, order, log.len() as u32, emitted, &mut |_| {
-        ControlFlow::Continue(())
-    })
+    let series = ShotSeries::of_log(log, &engine.patch_power()?);
+    shoot_series(engine, series, &mut |_, _| ControlFlow::Continue(()))
 }
 
-fn shoot_in_order(
+fn shoot_series(
     engine: &mut dyn Shoot,
-    order: ShotOrder,
-    max_shots: u32,
-    emitted: f32,
-    watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>,
+    mut series: ShotSeries,
+    watch: &mut dyn FnMut(&Shot, f32) -> ControlFlow<()>,
 ) -> Result<SolveRun> {
-    let mut shots: Vec<Shot> = Vec::new();
-    engine.run(order, max_shots, &mut |shot| {
-        shots.push(*shot);
-        watch(shot)
-    })?;
-    let unshot = shots.last().map_or(emitted, |shot| shot.unshot);
-    Ok(SolveRun {
-        emitted,
-        converged: matches!(order, ShotOrder::Greedy { threshold } if unshot <= threshold),
-        stagnated: false,
-        passes: shots.len() as u32,
-        shooters: shots.len() as u64,
-        shots,
-        field: engine.read_field()?,
-    })
+    let (order, max_shots) = (series.order, series.max_shots);
+    engine.run(order, max_shots, &mut |shot| series.record_shot(shot, watch))?;
+    Ok(series.into_run(engine.read_field()?))
+}
+
+/// A solve under way: its order, and its shots so far. An engine that a caller has to await goes through it as a [`Shoot`]
+/// does: unshot power, shots, field.
+pub struct ShotSeries<'a> {
+    /// Order of the shooters.
+    pub order: ShotOrder<'a>,
+    /// Most shots.
+    pub max_shots: u32,
+    emitted: f32,
+    shots: Vec<Shot>,
+}
+
+impl<'a> ShotSeries<'a> {
+    /// Returns the series that shoots the largest unshot power first until the schedule is met, from the unshot power of
+    /// each patch.
+    ///
+    /// Errors: [`Error::Usage`] of an iteration over many patches at once.
+    pub fn until_converged(schedule: &Schedule, power: &[f32]) -> Result<Self> {
+        require_southwell(schedule)?;
+        let emitted = total_power(power);
+        let threshold = (f64::from(emitted) * schedule.epsilon) as f32;
+        Ok(Self {
+            order: ShotOrder::Greedy { threshold },
+            max_shots: schedule.max_shots,
+            emitted,
+            shots: Vec::new(),
+        })
+    }
+
+    /// Returns the series that shoots the patches of `log`.
+    fn of_log(log: &'a [u32], power: &[f32]) -> Self {
+        Self {
+            order: ShotOrder::Replay(log),
+            max_shots: log.len() as u32,
+            emitted: total_power(power),
+            shots: Vec::new(),
+        }
+    }
+
+    /// Records a shot, and passes it to `watch` with the emitted power.
+    pub fn record_shot(
+        &mut self,
+        shot: &Shot,
+        watch: &mut dyn FnMut(&Shot, f32) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        self.shots.push(*shot);
+        watch(shot, self.emitted)
+    }
+
+    /// Returns the outcome, with the texels at the end.
+    pub fn into_run(self, field: RadiosityField) -> SolveRun {
+        let unshot = self.shots.last().map_or(self.emitted, |shot| shot.unshot);
+        SolveRun {
+            emitted: self.emitted,
+            converged: matches!(self.order, ShotOrder::Greedy { threshold } if unshot <= threshold),
+            stagnated: false,
+            passes: self.shots.len() as u32,
+            shooters: self.shots.len() as u64,
+            shots: self.shots,
+            field,
+        }
+    }
 }
 
 /// Returns the state before the first shot (Table 1, line 1): B = E, H = 0, and r = E times the open share. Light from
