@@ -40,9 +40,14 @@ pub struct Gpu {
 
 fn describe_adapter(adapter: &wgpu::Adapter) -> AdapterLine {
     let info = adapter.get_info();
+    let backend = info.backend.to_string();
     AdapterLine {
-        name: info.name,
-        backend: info.backend.to_string(),
+        // A browser need not tell the name.
+        name: match info.name.is_empty() {
+            true => backend.clone(),
+            false => info.name,
+        },
+        backend,
         driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
         software: info.device_type == wgpu::DeviceType::Cpu,
     }
@@ -50,7 +55,11 @@ fn describe_adapter(adapter: &wgpu::Adapter) -> AdapterLine {
 
 /// Lists all adapters that can run the shaders, hardware first.
 pub fn list_adapters() -> Vec<AdapterLine> {
-    usable_adapters().iter().map(describe_adapter).collect()
+    pollster::block_on(request_adapters())
+}
+
+async fn request_adapters() -> Vec<AdapterLine> {
+    usable_adapters().await.iter().map(describe_adapter).collect()
 }
 
 impl Gpu {
@@ -58,8 +67,18 @@ impl Gpu {
     ///
     /// Errors: [`Error::NoAdapter`], [`Error::Device`].
     pub fn open(name: Option<&str>) -> Result<Self> {
-        let adapter = find_adapter(name).ok_or_else(|| no_adapter(name))?;
-        let (device, queue) = open_device(&adapter).map_err(Error::Device)?;
+        pollster::block_on(Self::request(name))
+    }
+
+    /// Awaits the best adapter, or the first whose name contains `name` (any case), opened. A page may not wait: there
+    /// this function takes the place of [`Self::open`].
+    ///
+    /// Errors: those of [`Self::open`].
+    pub async fn request(name: Option<&str>) -> Result<Self> {
+        let Some(adapter) = find_adapter(name).await else {
+            return Err(no_adapter(name, &request_adapters().await));
+        };
+        let (device, queue) = open_device(&adapter).await.map_err(Error::Device)?;
         let gpu = Self {
             device,
             queue,
@@ -156,6 +175,23 @@ impl Gpu {
         }));
     }
 
+    /// Awaits what the device says of the work so far: a browser reports failures later than the calls return.
+    ///
+    /// Errors: the first failure.
+    pub(crate) async fn request_errors(&self) -> Result<()> {
+        #[cfg(target_arch = "wasm32")]
+        {
+            let (sender, done) = futures_channel::oneshot::channel();
+            self.queue.on_submitted_work_done(move || {
+                // The receiver is gone only when the work was abandoned.
+                let _ = sender.send(());
+            });
+            // A device that is lost has failed.
+            let _ = done.await;
+        }
+        self.check_errors()
+    }
+
     /// Returns the first failure as an error that names the adapter.
     pub(crate) fn check_errors(&self) -> Result<()> {
         let failure = self.failure.lock().ok().and_then(|failure| failure.clone());
@@ -195,9 +231,10 @@ impl Gpu {
     }
 }
 
-fn no_adapter(name: Option<&str>) -> Error {
-    let found: Vec<String> = list_adapters().into_iter().map(|line| line.name).collect();
+fn no_adapter(name: Option<&str>, found: &[AdapterLine]) -> Error {
+    let found: Vec<&str> = found.iter().map(|line| line.name.as_str()).collect();
     Error::NoAdapter(match (name, found.is_empty()) {
+        (_, true) if cfg!(target_arch = "wasm32") => "no GPU adapter found: the browser has no WebGPU".to_owned(),
         (_, true) => "no GPU adapter found: install a Vulkan driver (Linux without a GPU: the \
                       package mesa-vulkan-drivers), or let the CPU solve it"
             .to_owned(),

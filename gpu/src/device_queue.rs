@@ -4,7 +4,7 @@ use crate::adapter::Gpu;
 use crate::bindings::BufferRange;
 use bytemuck::{Pod, cast_slice, pod_collect_to_vec};
 use common::Result;
-use std::sync::mpsc::{Receiver, channel};
+use futures_channel::oneshot::{Receiver, channel};
 
 /// Counts of submissions and read-backs.
 #[derive(Clone, Copy, Debug, Default)]
@@ -117,10 +117,19 @@ impl DeviceQueue {
     ///
     /// Errors: the device fails; a loop of a watched shader has no end.
     pub fn wait_for_bytes(&self, pending: PendingRead) -> Result<Vec<u8>> {
-        self.wait_for_submission(pending.submission)?;
+        pollster::block_on(self.request_bytes(pending))
+    }
+
+    /// Awaits the bytes of a read-back.
+    ///
+    /// Errors: those of [`Self::wait_for_bytes`].
+    pub async fn request_bytes(&self, pending: PendingRead) -> Result<Vec<u8>> {
+        self.poll_submission(pending.submission)?;
         let lost = || self.gpu.device_error("the result could not be read back");
-        // Another thread that waits for the same device may run the callback.
-        pending.mapped.recv().map_err(|_| lost())?.map_err(|_| lost())?;
+        // A browser runs the callback later, and so may another thread that waits for the same device.
+        let mapped = pending.mapped.await;
+        self.gpu.check_errors()?;
+        mapped.map_err(|_| lost())?.map_err(|_| lost())?;
         let mapped = pending.staging.get_mapped_range(..).map_err(|_| lost())?;
         let mut bytes = mapped.to_vec();
         let told = bytes.split_off(bytes.len() - pending.log_bytes as usize);
@@ -132,6 +141,17 @@ impl DeviceQueue {
 
     /// Waits for a submission to end.
     pub fn wait_for_submission(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
+        pollster::block_on(self.request_submission(submission))
+    }
+
+    /// Awaits the end of a submission.
+    pub async fn request_submission(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
+        self.poll_submission(submission)?;
+        self.gpu.request_errors().await
+    }
+
+    /// Waits for a submission to end, so that its callbacks have run; a browser does not wait.
+    fn poll_submission(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
         let wait = wgpu::PollType::Wait {
             submission_index: Some(submission),
             timeout: None,
@@ -144,8 +164,17 @@ impl DeviceQueue {
 
     /// Submits work, waits, and returns the values in these ranges of buffers.
     pub fn read_back<T: Pod>(&mut self, encoder: wgpu::CommandEncoder, ranges: &[BufferRange]) -> Result<Vec<T>> {
+        pollster::block_on(self.request_values(encoder, ranges))
+    }
+
+    /// Submits work, and awaits the values in these ranges of buffers.
+    pub async fn request_values<T: Pod>(
+        &mut self,
+        encoder: wgpu::CommandEncoder,
+        ranges: &[BufferRange<'_>],
+    ) -> Result<Vec<T>> {
         let pending = self.submit_read(encoder, ranges);
-        Ok(pod_collect_to_vec(&self.wait_for_bytes(pending)?))
+        Ok(pod_collect_to_vec(&self.request_bytes(pending).await?))
     }
 
     /// Reads the first `size`² pixels of a texture of IDs, row-major.

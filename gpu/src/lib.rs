@@ -33,6 +33,10 @@
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! In a browser nothing may wait for the device: a function that does never returns there. A page awaits [`Gpu::request`],
+//! [`GpuSolver::request`] and [`GpuSolver::request_run`]; the functions that wait are the same ones, driven to their end.
+//! Checks, passes and the linker have no other.
 
 pub mod adapter;
 mod bindings;

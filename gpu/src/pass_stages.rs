@@ -18,7 +18,7 @@ use common::shooting::DepositRule;
 use glam::{Vec3, Vec4};
 use std::collections::{HashSet, VecDeque};
 use std::ops::ControlFlow;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Most links that one submission gathers: a gigabyte of them, some milliseconds on hardware.
 const MAX_GATHERED_LINKS: u64 = 1 << 28;

@@ -19,12 +19,12 @@ use common::Result;
 use common::constants::MAX_LINK_BYTES;
 use common::mesh::{Mesh, Texel};
 use common::passes::{Exchange, PatchClosure};
-use common::settings::{Transport, Visibility};
-use common::shooting::{DepositRule, RadiosityField, Restart, Shoot, Shot, ShotOrder};
+use common::settings::{Schedule, Transport, Visibility};
+use common::shooting::{DepositRule, RadiosityField, Restart, Shoot, Shot, ShotOrder, ShotSeries, SolveRun};
 use glam::{Vec3, Vec4};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Fewest shots of a submission, unless a shot is slow.
 const MIN_BATCH_SHOTS: u32 = 64;
@@ -70,11 +70,26 @@ impl<'a> GpuSolver<'a> {
         faults: &[ShaderFault],
         bytes: u64,
     ) -> Result<Self> {
+        pollster::block_on(Self::request_with(gpu, mesh, transport, faults, bytes))
+    }
+
+    /// Awaits a solver in its initial state, and what the device says of its buffers and shaders.
+    pub async fn request(gpu: &Gpu, mesh: &'a Mesh, transport: &Transport) -> Result<Self> {
+        Self::request_with(gpu, mesh, transport, &[], MAX_LINK_BYTES).await
+    }
+
+    async fn request_with(
+        gpu: &Gpu,
+        mesh: &'a Mesh,
+        transport: &Transport,
+        faults: &[ShaderFault],
+        bytes: u64,
+    ) -> Result<Self> {
         let buffers = SolverBuffers::new(gpu, mesh, transport, bytes)?;
         let slots = ShotSlots::new(gpu, mesh, transport, 1, 1);
         let maker = PipelineMaker::new(gpu, transport, faults);
         let pipelines = ShotStages::new(&maker, &buffers, &slots)?;
-        gpu.check_errors()?;
+        gpu.request_errors().await?;
         let solver = Self {
             context: SolverContext {
                 host: DeviceQueue::new(gpu),
@@ -208,8 +223,8 @@ impl<'a> GpuSolver<'a> {
         }
     }
 
-    fn land_batch(&mut self, flight: BatchInFlight) -> Result<Vec<Shot>> {
-        let bytes = self.context.host.wait_for_bytes(flight.pending)?;
+    async fn land_batch(&mut self, flight: BatchInFlight) -> Result<Vec<Shot>> {
+        let bytes = self.context.host.request_bytes(flight.pending).await?;
         self.pace.record_landing(flight.start, flight.shots);
         let count = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
         if count > flight.shots {
@@ -224,30 +239,40 @@ impl<'a> GpuSolver<'a> {
     }
 }
 
-impl Shoot for GpuSolver<'_> {
-    fn patch_power(&mut self) -> Result<Vec<f32>> {
+/// What a caller awaits. A page may not wait: there these functions take the place of [`Shoot`].
+impl GpuSolver<'_> {
+    /// Awaits the outcome of shots from the largest unshot power first until the schedule is met; `watch` receives every
+    /// shot and the emitted power.
+    ///
+    /// Errors: those of [`common::shooting::shoot_until_converged`].
+    pub async fn request_run(
+        &mut self,
+        schedule: &Schedule,
+        watch: &mut dyn FnMut(&Shot, f32) -> ControlFlow<()>,
+    ) -> Result<SolveRun> {
+        let mut series = ShotSeries::until_converged(schedule, &self.request_power().await?)?;
+        let (order, max_shots) = (series.order, series.max_shots);
+        self.request_shots(order, max_shots, &mut |shot| series.record_shot(shot, watch))
+            .await?;
+        Ok(series.into_run(self.request_field().await?))
+    }
+
+    /// Awaits Σ|r|A over the texels and channels of each patch.
+    pub async fn request_power(&mut self) -> Result<Vec<f32>> {
         let sums = &self.context.buffers.table["sums"];
         let mut encoder = self.context.host.command_encoder();
         self.record_power(&mut encoder);
         let bytes = 16 * self.context.mesh.patches.len() as u64;
-        let sums: Vec<Vec4> = self.context.host.read_back(encoder, &[(sums, 0, bytes)])?;
+        let sums: Vec<Vec4> = self.context.host.request_values(encoder, &[(sums, 0, bytes)]).await?;
         Ok(sums.iter().map(|sum| sum.w).collect())
     }
 
-    fn shoot(&mut self, patch: u32) -> Result<Shot> {
-        let mut done = None;
-        self.run(ShotOrder::Replay(&[patch]), 1, &mut |shot| {
-            done = Some(*shot);
-            ControlFlow::Continue(())
-        })?;
-        done.ok_or_else(|| self.context.host.gpu.stage_error("select", "a shot left no record"))
-    }
-
-    fn read_field(&mut self) -> Result<RadiosityField> {
+    /// Awaits the texels' state.
+    pub async fn request_field(&mut self) -> Result<RadiosityField> {
         let (host, table) = (&mut self.context.host, &self.context.buffers.table);
         let texels = self.context.mesh.texels.len();
         let ranges = ["radiosity", "residual", "irradiance"].map(|name| (&table[name], 0, 16 * texels as u64));
-        let values: Vec<Vec4> = host.read_back(host.command_encoder(), &ranges)?;
+        let values: Vec<Vec4> = host.request_values(host.command_encoder(), &ranges).await?;
         let part = |k: usize| values[k * texels..(k + 1) * texels].to_vec();
         Ok(RadiosityField {
             origin: format!("gpu: {}", self.context.host.gpu.line.name),
@@ -257,8 +282,14 @@ impl Shoot for GpuSolver<'_> {
         })
     }
 
-    /// Runs with two batches under way: the host reads the log of one while the next one runs.
-    fn run(&mut self, order: ShotOrder, max_shots: u32, watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>) -> Result<()> {
+    /// Awaits the shots of [`Shoot::run`]. Two batches are under way: the host reads the log of one while the next one
+    /// runs.
+    pub async fn request_shots(
+        &mut self,
+        order: ShotOrder<'_>,
+        max_shots: u32,
+        watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>,
+    ) -> Result<()> {
         let (threshold, max_shots) = match order {
             ShotOrder::Greedy { threshold } => (threshold, max_shots),
             ShotOrder::Replay(log) => (0.0, max_shots.min(log.len() as u32)),
@@ -281,12 +312,35 @@ impl Shoot for GpuSolver<'_> {
                 return Ok(());
             };
             let submitted = flight.shots;
-            let shots = self.land_batch(flight)?;
+            let shots = self.land_batch(flight).await?;
             ended |= (shots.len() as u32) < submitted;
             for shot in &shots {
                 ended |= watch(shot).is_break();
             }
         }
+    }
+}
+
+impl Shoot for GpuSolver<'_> {
+    fn patch_power(&mut self) -> Result<Vec<f32>> {
+        pollster::block_on(self.request_power())
+    }
+
+    fn shoot(&mut self, patch: u32) -> Result<Shot> {
+        let mut done = None;
+        self.run(ShotOrder::Replay(&[patch]), 1, &mut |shot| {
+            done = Some(*shot);
+            ControlFlow::Continue(())
+        })?;
+        done.ok_or_else(|| self.context.host.gpu.stage_error("select", "a shot left no record"))
+    }
+
+    fn read_field(&mut self) -> Result<RadiosityField> {
+        pollster::block_on(self.request_field())
+    }
+
+    fn run(&mut self, order: ShotOrder, max_shots: u32, watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>) -> Result<()> {
+        pollster::block_on(self.request_shots(order, max_shots, watch))
     }
 }
 

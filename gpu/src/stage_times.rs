@@ -5,7 +5,7 @@ use crate::probe::LinkProbe;
 use crate::solver_context::SolverContext;
 use common::Result;
 use common::shooting::DepositRule;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Repetitions of a step in one submission.
 const STEP_REPETITIONS: u32 = 32;

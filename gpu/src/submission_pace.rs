@@ -1,6 +1,6 @@
 //! Size of the next submission, from the times of the earlier ones.
 
-use std::time::Instant;
+use web_time::Instant;
 
 /// Target time of a submission: far below the seconds after which drivers kill one.
 const TARGET_SUBMISSION_SECONDS: f64 = 0.5;

@@ -1,13 +1,13 @@
 //! Adapters that can run compute shaders, and devices on them.
 
-/// Returns all adapters that can run compute shaders, hardware first.
-pub fn usable_adapters() -> Vec<wgpu::Adapter> {
+/// Awaits all adapters that can run compute shaders, hardware first. A browser has one at most.
+pub async fn usable_adapters() -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     // wgpu's check of indirect arguments is one more pass before every indirect draw. The program's shaders write them
     // from checked counts; checks of stages dispatch directly.
     descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
     let instance = wgpu::Instance::new(descriptor);
-    let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    let mut found = instance.enumerate_adapters(wgpu::Backends::all()).await;
     found.retain(is_usable);
     // Discrete before integrated before virtual before software; equal kinds keep their order.
     found.sort_by_key(|adapter| match adapter.get_info().device_type {
@@ -24,10 +24,10 @@ fn is_usable(adapter: &wgpu::Adapter) -> bool {
     flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS | wgpu::DownlevelFlags::INDIRECT_EXECUTION)
 }
 
-/// Returns the best adapter, or the first whose name contains `name` (any case).
-pub fn find_adapter(name: Option<&str>) -> Option<wgpu::Adapter> {
+/// Awaits the best adapter, or the first whose name contains `name` (any case).
+pub async fn find_adapter(name: Option<&str>) -> Option<wgpu::Adapter> {
     let wanted = name.unwrap_or_default().to_lowercase();
-    let mut adapters = usable_adapters().into_iter();
+    let mut adapters = usable_adapters().await.into_iter();
     adapters.find(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted))
 }
 
@@ -35,7 +35,7 @@ pub fn find_adapter(name: Option<&str>) -> Option<wgpu::Adapter> {
 /// for a log of races.
 ///
 /// Errors: the adapter refuses, in words that begin with its name.
-pub fn open_device(adapter: &wgpu::Adapter) -> Result<(wgpu::Device, wgpu::Queue), String> {
+pub async fn open_device(adapter: &wgpu::Adapter) -> Result<(wgpu::Device, wgpu::Queue), String> {
     let (has, defaults) = (adapter.limits(), wgpu::Limits::default());
     let descriptor = wgpu::DeviceDescriptor {
         required_limits: wgpu::Limits {
@@ -48,6 +48,6 @@ pub fn open_device(adapter: &wgpu::Adapter) -> Result<(wgpu::Device, wgpu::Queue
         },
         ..Default::default()
     };
-    let opened = pollster::block_on(adapter.request_device(&descriptor));
+    let opened = adapter.request_device(&descriptor).await;
     opened.map_err(|error| format!("{}: {error}", adapter.get_info().name))
 }

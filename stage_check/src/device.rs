@@ -33,19 +33,24 @@ impl Gpu {
     ///
     /// Errors: there is none, or it fails.
     pub fn open(name: Option<&str>) -> Result<Self, Failure> {
+        pollster::block_on(Self::request(name))
+    }
+
+    async fn request(name: Option<&str>) -> Result<Self, Failure> {
         let refuse = |text: String| Failure {
             subject: "adapter".into(),
             fault: Fault::Device(text),
         };
-        let adapter = find_adapter(name).ok_or_else(|| {
-            let names: Vec<String> = usable_adapters().iter().map(|found| found.get_info().name).collect();
-            refuse(format!(
+        let Some(adapter) = find_adapter(name).await else {
+            let found = usable_adapters().await;
+            let names: Vec<String> = found.iter().map(|found| found.get_info().name).collect();
+            return Err(refuse(format!(
                 "no GPU adapter {}; there are: {}",
                 name.unwrap_or("found"),
                 names.join(", ")
-            ))
-        })?;
-        let (device, queue) = open_device(&adapter).map_err(refuse)?;
+            )));
+        };
+        let (device, queue) = open_device(&adapter).await.map_err(refuse)?;
         let failure: Arc<Mutex<Option<String>>> = Arc::default();
         let [lost, uncaptured] = [failure.clone(), failure.clone()];
         device

@@ -51,17 +51,25 @@
 //! end is given up ([`Stage::with_time_limit`]); a device that cannot be opened is an error. Hardware goes on running it: the
 //! driver may end other programs' work on it, and this process by a signal when it exits. A software adapter hides races
 //! between workgroups: test on hardware as well.
+//!
+//! WebAssembly has neither the devices nor the checks of stages: a page may not wait.
 
 pub mod adapters;
+#[cfg(not(target_arch = "wasm32"))]
 mod case;
+#[cfg(not(target_arch = "wasm32"))]
 mod compare;
+#[cfg(not(target_arch = "wasm32"))]
 mod device;
 mod edits;
+#[cfg(not(target_arch = "wasm32"))]
 mod entry_point;
+#[cfg(not(target_arch = "wasm32"))]
 mod failure;
 pub mod loops;
 pub mod mutants;
 pub mod races;
+#[cfg(not(target_arch = "wasm32"))]
 mod stage;
 pub mod tally;
 mod tokens;
@@ -69,7 +77,11 @@ pub mod values;
 pub mod watch;
 pub mod wgsl;
 
+#[cfg(not(target_arch = "wasm32"))]
 pub use case::{Bound, Case};
+#[cfg(not(target_arch = "wasm32"))]
 pub use device::Gpu;
+#[cfg(not(target_arch = "wasm32"))]
 pub use failure::{Difference, Failure, Fault};
+#[cfg(not(target_arch = "wasm32"))]
 pub use stage::{Report, Stage};

@@ -2,12 +2,13 @@
 
 use approx::abs_diff_eq;
 use common::mesh::Mesh;
-use common::settings::{Iteration, Schedule};
+use common::settings::{Iteration, Schedule, Visibility};
 use common::shooting::{Shot, ShotOrder, replay_log, select_shooter, solve_progress};
 use glam::Vec3;
+use gpu::GpuSolver;
 use radiosity_tests::engines::{
-    GREEDY_TO_ZERO, each_engine, engine_settings, gpu_solver, item_buffer, mesh_of, run_shots, shoot_freely,
-    solve_by_schedule,
+    GREEDY_TO_ZERO, each_engine, engine_settings, gpu_solver, item_buffer, mesh_of, run_shots, shared_gpu,
+    shoot_freely, solve_by_schedule,
 };
 use radiosity_tests::{furnace, lit_room};
 use std::ops::ControlFlow;
@@ -42,6 +43,32 @@ fn run_equals_its_single_shots() {
         assert_eq!(parts, run_shots(&mut *whole, GREEDY_TO_ZERO, 150), "{name}");
         assert_eq!(halves.read_field().unwrap(), whole.read_field().unwrap(), "{name}");
     });
+}
+
+/// A page awaits what other programs wait for.
+#[test]
+fn awaited_run_equals_the_one_that_waits() {
+    let mesh = mesh_of(&lit_room());
+    let schedule = engine_settings().schedule;
+    for visibility in [Visibility::Rays, item_buffer(128)] {
+        let transport = engine_settings().with_visibility(visibility).transport;
+        let expected = shoot_freely(&mut gpu_solver(&mesh, &transport, &[]), &schedule);
+        let mut watched = Vec::new();
+        let awaited = pollster::block_on(async {
+            let mut solver = GpuSolver::request(shared_gpu(), &mesh, &transport).await?;
+            let mut keep_shot = |shot: &Shot, emitted| {
+                assert_eq!(emitted, expected.emitted);
+                watched.push(*shot);
+                ControlFlow::Continue(())
+            };
+            solver.request_run(&schedule, &mut keep_shot).await
+        });
+        let awaited = awaited.unwrap();
+        assert!(awaited.converged && awaited.shots.len() > 100);
+        assert_eq!(watched, expected.shots);
+        assert_eq!(awaited.shots, expected.shots);
+        assert_eq!(awaited.field, expected.field);
+    }
 }
 
 #[test]
