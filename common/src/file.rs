@@ -13,6 +13,19 @@ pub const MAX_FILE_BYTES: u64 = 1 << 31;
 /// Files that this process has read, as given, by resolved path: no output may replace them.
 static INPUTS: Mutex<BTreeMap<PathBuf, PathBuf>> = Mutex::new(BTreeMap::new());
 
+/// Files in memory, by the path that their readers give.
+static MEMORY_FILES: Mutex<BTreeMap<PathBuf, Vec<u8>>> = Mutex::new(BTreeMap::new());
+
+/// Keeps a file in memory, which [`read`] finds before those of the file system: a page in a browser has no other. The content
+/// takes the place of an earlier one; `None` removes it.
+pub fn keep_in_memory(path: &Path, content: Option<Vec<u8>>) {
+    let mut files = MEMORY_FILES.lock().unwrap_or_else(PoisonError::into_inner);
+    match content {
+        Some(content) => files.insert(path.to_path_buf(), content),
+        None => files.remove(path),
+    };
+}
+
 /// Returns the path, as it was given, of a file that was [`read`], by its [resolved path](resolve_path).
 pub fn find_input(resolved: &Path) -> Option<PathBuf> {
     let inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
@@ -49,7 +62,7 @@ pub fn path_below(folder: &Path, base: &Path, name: &str) -> std::result::Result
 }
 
 /// Returns the CRC-32 (ISO 3309) of a file in eight hexadecimal digits.
-pub(crate) fn file_checksum(bytes: &[u8]) -> String {
+pub fn file_checksum(bytes: &[u8]) -> String {
     format!("{:08x}", crc32fast::hash(bytes))
 }
 
@@ -89,6 +102,14 @@ pub fn read(path: &Path, max_bytes: u64) -> std::result::Result<Vec<u8>, String>
 ///
 /// Errors: as of [`open_file`].
 pub fn read_unrecorded(path: &Path, max_bytes: u64) -> std::result::Result<Vec<u8>, String> {
+    let kept = MEMORY_FILES
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .get(path)
+        .cloned();
+    if let Some(bytes) = kept {
+        return Ok(bytes);
+    }
     let file = open_file(path, max_bytes)?;
     let mut bytes = Vec::new();
     // The file may be longer than its metadata say: it may grow, and in /proc the length is 0.

@@ -5,10 +5,12 @@
     deny(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
+#[cfg(not(target_arch = "wasm32"))]
 pub mod cli;
 pub mod diff;
 pub mod merge;
 pub mod plan;
 pub mod relight;
 pub mod report;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod studies;

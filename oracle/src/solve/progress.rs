@@ -4,7 +4,7 @@
 use common::{Error, Result};
 use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Callback with a phase's name and its finished share, 0…1; a break cancels the work.
 pub type PhaseCallback<'a> = &'a dyn Fn(&str, f64) -> ControlFlow<()>;

@@ -14,7 +14,9 @@ use self::algorithm::{AlgorithmStep, algorithm_steps};
 use self::data::{PART_BYTES, ShownPart, energy_parts, pack_arrays};
 use super::document::{Blocks, render_document};
 use super::format::{count_noun, file_name};
+use super::picture::Exposure;
 use super::solution_view::RenderedPreview;
+use super::view::camera::Camera;
 use super::view::interpolation::{CarriedLight, InterpolationSurface};
 use super::viewer::{SceneViewer, ViewerLayer, viewer_assets};
 use base64::Engine;
@@ -23,7 +25,7 @@ use common::settings::{Schedule, Settings};
 use common::shooting::SolveRun;
 use common::solution::Solution;
 use common::{Error, Result};
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, Render, html};
 use oracle::trace::hemisphere::hemisphere_settings;
 use oracle::trace::packing::HALF_ROUNDING;
 use oracle::trace::recorder::TraceLimits;
@@ -79,15 +81,27 @@ pub struct TracePage {
     pub reached_limit: Option<TraceLimit>,
 }
 
+/// Renders the record of a solve with a camera and an exposure, for a page that has the [assets](trace_assets) already: what is
+/// said before and after it, and its element with all recorded shots.
+pub fn render_record(solution: &Solution, trace: &ShotTrace, view: (Camera, Exposure)) -> String {
+    let shown = ShownPart {
+        shots: trace.shots.len(),
+        links: trace.links.len(),
+    };
+    let renderer = PageRenderer::new(solution, trace, view);
+    renderer.render_blocks(shown).render().into_string()
+}
+
+/// Returns the style sheet and the scripts of records, which a page includes once, with more scripts of the page.
+pub fn trace_assets(more: &[&str]) -> Markup {
+    viewer_assets(STYLE, &[&SHARED_SCRIPTS[..], &PAGE_SCRIPTS, more].concat())
+}
+
 impl TracePage {
     /// Renders the page of a solve with its record and the camera and exposure of its picture. If not all shots fit into
     /// [`MAX_PAGE_BYTES`] it has the first.
     pub fn new(solution: &Solution, trace: &ShotTrace, preview: &RenderedPreview) -> Self {
-        let renderer = PageRenderer {
-            solution,
-            trace,
-            viewer: render_viewer(solution, preview, is_compared_with_rays(solution, trace)),
-        };
+        let renderer = PageRenderer::new(solution, trace, (preview.camera, preview.exposure));
         let frame = renderer.render_part(ShownPart::default()).len();
         let room = MAX_PAGE_BYTES.saturating_sub(frame) / 4 * 3;
         let (shots, links) = trace.count_fitting(room, PART_BYTES);
@@ -168,7 +182,7 @@ fn is_compared_with_rays(solution: &Solution, trace: &ShotTrace) -> bool {
 }
 
 /// Renders the viewer without light: the page computes it. `is_compared` with rays.
-fn render_viewer(solution: &Solution, preview: &RenderedPreview, is_compared: bool) -> Markup {
+fn render_viewer(solution: &Solution, (camera, exposure): (Camera, Exposure), is_compared: bool) -> Markup {
     let (scene, mesh) = (solution.scene, solution.mesh);
     let surface = InterpolationSurface::new(scene, mesh);
     let viewer = SceneViewer {
@@ -182,8 +196,8 @@ fn render_viewer(solution: &Solution, preview: &RenderedPreview, is_compared: bo
         irradiance: false,
         carried: CarriedLight::Irradiance,
         texel_errors: None,
-        camera: preview.camera,
-        exposure: preview.exposure,
+        camera,
+        exposure,
     };
     viewer.render_quantities(
         &SHOWN_QUANTITIES[..SHOWN_QUANTITIES.len() - usize::from(!is_compared)],
@@ -197,10 +211,26 @@ struct PageRenderer<'a> {
     viewer: Markup,
 }
 
-impl PageRenderer<'_> {
+impl<'a> PageRenderer<'a> {
+    fn new(solution: &'a Solution<'a>, trace: &'a ShotTrace, view: (Camera, Exposure)) -> Self {
+        Self {
+            solution,
+            trace,
+            viewer: render_viewer(solution, view, is_compared_with_rays(solution, trace)),
+        }
+    }
+
     /// Renders the page with a part of the trace.
     fn render_part(&self, shown: ShownPart) -> String {
-        let Solution { scene, settings, .. } = *self.solution;
+        let mut opening = self.render_blocks(shown);
+        opening.add_element(trace_assets(&[]));
+        let title = format!("{}, shot by shot", file_name(&self.solution.scene.name));
+        render_document(&title, &opening, &[], "")
+    }
+
+    /// Renders a part of the trace without the assets of a page.
+    fn render_blocks(&self, shown: ShownPart) -> Blocks {
+        let settings = self.solution.settings;
         let is_covered = self.solution.mesh.patches.iter().any(|patch| patch.open_share < 1.0);
         let relight = self.trace.relight.as_ref();
         let mut opening = Blocks::default();
@@ -239,10 +269,8 @@ impl PageRenderer<'_> {
                     (self.render_data(shown))
                 }
             })
-            .add_remark(self.describe_precision())
-            .add_element(viewer_assets(STYLE, &[&SHARED_SCRIPTS[..], &PAGE_SCRIPTS].concat()));
-        let title = format!("{}, shot by shot", file_name(&scene.name));
-        render_document(&title, &opening, &[], "")
+            .add_remark(self.describe_precision());
+        opening
     }
 
     /// Returns the limit beyond which the shown part has no shots; none if it has all.

@@ -17,6 +17,8 @@ class TracePage {
     this.last = viewer.trace.shots.length;
     this.panels = new TracePanels(element, viewer, (n) => this.go(n));
     this.timer = null;
+    // Ends the listeners of the whole page.
+    this.closing = new AbortController();
     this.listen();
     this.go(this.addressed_shot() ?? 0);
     // Some texel’s numbers are displayed from the start.
@@ -89,7 +91,8 @@ class TracePage {
     element.querySelectorAll("[data-act]").forEach((button) => button.addEventListener("click", acts[button.dataset.act]));
     element.querySelectorAll("[data-show]").forEach((button) => button.addEventListener("click", () => viewer.select(button.dataset.show)));
     this.slider.addEventListener("input", () => step(Number(this.slider.value)));
-    window.addEventListener("hashchange", () => step(this.addressed_shot() ?? this.done));
+    const { signal } = this.closing;
+    window.addEventListener("hashchange", () => step(this.addressed_shot() ?? this.done), { signal });
     const keys = { ArrowLeft: "back", ArrowRight: "forward", Home: "first", End: "last", " ": "play", n: "line" };
     document.addEventListener("keydown", (e) => {
       const act = acts[keys[e.key]];
@@ -98,7 +101,15 @@ class TracePage {
       if (e.target.matches("select, .viewer input") || (e.key === " " && e.target.matches("button"))) return;
       e.preventDefault();
       act();
-    });
+    }, { signal });
+  }
+
+  // Ends what goes on, before the element is removed.
+  close() {
+    this.play(false);
+    clearTimeout(this.address);
+    this.closing.abort();
+    this.viewer.close();
   }
 
   // Marks what the picture displays.
@@ -107,7 +118,8 @@ class TracePage {
   }
 }
 
-document.querySelectorAll(".trace").forEach(async (element) => {
+// Opens the record of an element; returns whether it can be shown.
+async function open_trace(element) {
   const own = element.querySelector(".viewer");
   const viewer = new TraceViewer(own);
   own.viewer = viewer;
@@ -121,4 +133,6 @@ document.querySelectorAll(".trace").forEach(async (element) => {
   } catch (error) {
     viewer.told.textContent = `The shots cannot be shown: this page needs a browser of 2023 or later (${error}).`;
   }
-});
+}
+
+document.querySelectorAll(".trace").forEach(open_trace);

@@ -122,6 +122,13 @@ class Viewer {
     this.show();
   }
 
+  // Gives back what the graphics driver holds: a browser allows few pictures at a time.
+  close() {
+    cancelAnimationFrame(this.asked);
+    this.gl?.getExtension("WEBGL_lose_context")?.loseContext();
+    this.gl = null;
+  }
+
   // Says why no picture is drawn; the reason stays.
   refuse(why) {
     this.refusal = why;
