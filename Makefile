@@ -30,10 +30,11 @@ peers:
 chart: driver
 	cargo run --release --locked -- chart
 
-# The article "Radiosity, step by step" as a static site: out/web/index.html. It needs no GPU.
+# The article "Radiosity, step by step" and the live page as a static site in out/web. It needs no GPU.
 web:
+	@sh scripts/wasm.sh
 	cargo build --release --locked --workspace --bin radiosity --bin web
-	target/release/web target/release/radiosity out/web
+	target/release/web target/release/radiosity out/web target/live.wasm
 
 # The pictures of README.md and GUIDE.md; `make peers` before it puts Mitsuba into the chart.
 pictures: driver

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Packages that a package must not depend on: `common ← cpu, gpu ← oracle ← radiosity`; `stage_check` depends on none,
 /// `properties` on `common`, and only `stage_check` and `gpu` use wgpu.
-const FORBIDDEN_DEPENDENCIES: [(&str, &[&str]); 10] = [
+const FORBIDDEN_DEPENDENCIES: [(&str, &[&str]); 11] = [
     ("stage_check", &["common", "cpu", "gpu", "oracle", "radiosity"]),
     ("common", &["cpu", "gpu", "oracle", "radiosity", "wgpu"]),
     ("properties", &["cpu", "gpu", "oracle", "radiosity", "wgpu"]),
@@ -14,7 +14,8 @@ const FORBIDDEN_DEPENDENCIES: [(&str, &[&str]); 10] = [
     ("gpu", &["cpu", "oracle", "radiosity"]),
     ("oracle", &["radiosity", "wgpu", "clap", "maud", "plotters", "image"]),
     ("radiosity", &["wgpu"]),
-    ("web", &["cpu", "gpu", "radiosity", "wgpu"]),
+    ("web", &["cpu", "gpu", "live", "wgpu"]),
+    ("web/live", &["web", "wgpu"]),
     ("tests", &["wgpu"]),
     ("benches", &["wgpu"]),
 ];
@@ -23,7 +24,7 @@ const FORBIDDEN_DEPENDENCIES: [(&str, &[&str]); 10] = [
 const MAX_SHADER_LINES: usize = 175;
 
 /// Packages whose sources are examined.
-const SOURCE_PACKAGES: [&str; 8] = [
+const SOURCE_PACKAGES: [&str; 9] = [
     "common",
     "stage_check",
     "properties",
@@ -32,6 +33,7 @@ const SOURCE_PACKAGES: [&str; 8] = [
     "oracle",
     "radiosity",
     "web",
+    "web/live",
 ];
 /// Packages that other programs link, so their messages name no option.
 const LIBRARIES: [&str; 5] = ["common", "stage_check", "properties", "cpu", "gpu"];

@@ -13,15 +13,17 @@
 //! ```
 //!
 //! [`runs`] runs the commands of `web/runs.txt`, [`excerpt`] takes lines from sources, [`number`] reads results, [`hand`]
-//! checks numbers, [`placeholder`] fills a text, and [`site`] writes the pages. A placeholder that cannot be filled is an error of
+//! checks numbers, [`placeholder`] fills a text, [`site`] writes the pages, and [`live_page`] that which solves. A placeholder that cannot be filled is an error of
 //! one line, which names the file.
 
 pub mod excerpt;
 pub mod hand;
+pub mod live_page;
 pub mod number;
 pub mod placeholder;
 pub mod runs;
 pub mod site;
+pub mod written_page;
 
 /// Result of a step; the error is one line for the person who runs it.
 pub type Result<T> = std::result::Result<T, String>;

@@ -19,7 +19,7 @@ pub struct FinishedRuns {
 }
 
 impl FinishedRuns {
-    /// FinishedRuns all commands; the results lie in folders of `folder`, named as the runs.
+    /// Runs all commands; the results lie in folders of `folder`, named as the runs.
     ///
     /// Errors: a line is not a command, or a command fails.
     pub fn run_all(repository: &Path, program: &Path, folder: &Path) -> Result<Self> {

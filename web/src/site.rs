@@ -1,8 +1,10 @@
-//! The pages of the site: the article and the lesson, with the figures that they show.
+//! The pages of the site: the article and the lesson, with the figures that they show, and the live page.
 
 use crate::Result;
+use crate::live_page::write_live_page;
 use crate::placeholder::{PlaceholderFiller, RECORD_PAGE, site_address};
 use crate::runs::FinishedRuns;
+use crate::written_page::{WrittenSite, read_source, render_page};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
@@ -23,25 +25,23 @@ const STYLE_SHEETS: [&str; 2] = ["radiosity/src/report/style.css", "web/article.
 /// Hides the heading of a page in a frame, whose caption names it. Nothing else of a page is changed.
 const FRAME_STYLE: &str = "<style>nav, main > header { display: none; } main { padding-top: 1rem; }</style>";
 
-/// The written site.
-pub struct WrittenSite {
-    /// Number of files.
-    pub files: usize,
-    /// Their bytes.
-    pub bytes: usize,
-}
-
-/// FinishedRuns the program and writes the site into `out`, where it replaces an earlier one.
+/// Runs the program and writes the site into `out`, where it replaces an earlier one; with the live page, whose program
+/// compiled to WebAssembly is the file `module`.
 ///
 /// Errors: a command of `web/runs.txt` fails, a placeholder cannot be filled, or a file cannot be written.
-pub fn build_site(repository: &Path, program: &Path, out: &Path) -> Result<WrittenSite> {
+pub fn build_site(repository: &Path, program: &Path, out: &Path, module: &Path) -> Result<WrittenSite> {
     let results = out.join("results");
     remove_folder(&results)?;
     remove_folder(&out.join("figures"))?;
     let runs = FinishedRuns::run_all(repository, program, &results)?;
-    let site = write_site(repository, &runs, out);
+    let article = write_site(repository, &runs, out);
     remove_folder(&results)?;
-    site
+    let article = article?;
+    let live = write_live_page(repository, module, out)?;
+    Ok(WrittenSite {
+        files: article.files + live.files,
+        bytes: article.bytes + live.bytes,
+    })
 }
 
 /// Writes the site of finished runs into `out`.
@@ -67,15 +67,7 @@ pub fn write_site(repository: &Path, runs: &FinishedRuns, out: &Path) -> Result<
         }
         files.push((site_address(run, file), content));
     }
-    let figures = out.join("figures");
-    fs::create_dir_all(&figures).map_err(|error| format!("{}: {error}", figures.display()))?;
-    for (name, content) in &files {
-        fs::write(out.join(name), content).map_err(|error| format!("{name}: {error}"))?;
-    }
-    Ok(WrittenSite {
-        files: files.len(),
-        bytes: files.iter().map(|(_, content)| content.len()).sum(),
-    })
+    WrittenSite::write(out, &files)
 }
 
 fn render_article(filler: &mut PlaceholderFiller) -> Result<String> {
@@ -84,34 +76,22 @@ fn render_article(filler: &mut PlaceholderFiller) -> Result<String> {
         content += &fill_file(filler, &format!("web/sections/{section}.html"))?;
     }
     content += &fill_file(filler, "web/references.html")?;
-    render_page(filler.repository, "Radiosity, step by step", &content)
+    render_page(filler.repository, "Radiosity, step by step", &STYLE_SHEETS, &content)
 }
 
 fn render_lesson(filler: &mut PlaceholderFiller) -> Result<String> {
     let content = fill_file(filler, "web/lesson.html")?;
-    render_page(filler.repository, "Radiosity: a lesson of 45 minutes", &content)
+    render_page(
+        filler.repository,
+        "Radiosity: a lesson of 45 minutes",
+        &STYLE_SHEETS,
+        &content,
+    )
 }
 
 fn fill_file(filler: &mut PlaceholderFiller, file: &str) -> Result<String> {
     let text = read_source(filler.repository, file)?;
     filler.fill_text(file, &text)
-}
-
-/// Renders a page of the frame `web/page.html`.
-fn render_page(repository: &Path, title: &str, content: &str) -> Result<String> {
-    let frame = read_source(repository, "web/page.html")?;
-    let mut style = String::new();
-    for file in STYLE_SHEETS {
-        style += &read_source(repository, file)?;
-    }
-    Ok(frame
-        .replace("{{title}}", title)
-        .replace("{{style}}", &style)
-        .replace("{{content}}", content))
-}
-
-fn read_source(repository: &Path, file: &str) -> Result<String> {
-    fs::read_to_string(repository.join(file)).map_err(|error| format!("{file}: {error}"))
 }
 
 fn remove_folder(folder: &Path) -> Result<()> {

@@ -10,6 +10,7 @@ pub mod diff;
 mod error;
 mod lights;
 mod links;
+mod live;
 pub mod merge;
 mod pages;
 mod refused_options;

@@ -1,0 +1,157 @@
+// Works the live page in frames, as a reader would; what came of it is handed over.
+(async () => {
+  const outcome = { scenes: {}, failed: null };
+  const wait = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+  const open_frame = async (width, address) => {
+    const frame = document.createElement("iframe");
+    Object.assign(frame, { width, height: 900, src: address });
+    document.body.append(frame);
+    await new Promise((done) => { frame.onload = done; });
+    return frame;
+  };
+  try {
+    const frame = await open_frame(1280, "live.html?scene=facing_plates");
+    const page = frame.contentDocument;
+    const view = frame.contentWindow;
+    const studio = page.querySelector(".studio");
+    const until = async (...states) => {
+      for (let tries = 0; !states.includes(studio.dataset.state); tries++) {
+        if (tries > 2400) throw new Error(`the page stays ${studio.dataset.state}, not ${states}: ${told()}`);
+        await wait(50);
+      }
+    };
+    const told = () => studio.querySelector(".outcome").textContent;
+    const set = async (name, value, ...states) => {
+      const control = studio.querySelector(`[name=${name}]`);
+      control.value = value;
+      control.dispatchEvent(new view.Event("input", { bubbles: true }));
+      if (states.length > 0) {
+        await wait(20);
+        await until(...states);
+      }
+    };
+    const trace = () => studio.querySelector(".record .trace");
+    await until("estimated");
+    for (const { value } of [...studio.querySelector("[name=scene]").options]) {
+      await set("scene", value, "estimated");
+      const { shots, solver } = studio.live.solved;
+      outcome.scenes[value] = { shots, solver, checksum: studio.dataset.checksum, told: told() };
+    }
+    // The record: the last shot is shown, and a step back and a scrub move.
+    await set("scene", "cornell_box", "estimated");
+    outcome.record = studio.live.solved.html;
+    outcome.view = studio.live.solved.view;
+    outcome.records = studio.querySelectorAll(".record .trace").length;
+    const shots = trace().page.last;
+    trace().querySelector("[data-act=back]").click();
+    const stepped = trace().page.done;
+    const slider = trace().querySelector("input.shot");
+    slider.value = 3;
+    slider.dispatchEvent(new view.Event("input"));
+    const scrubbed = trace().page.done;
+    trace().querySelector("[data-act=play]").click();
+    await wait(1200);
+    outcome.moved = { shots, stepped, scrubbed, played: trace().page.done > 3 };
+    trace().querySelector("[data-act=last]").click();
+    // A texel that is pointed at tells the light of the last state.
+    const { viewer } = trace().page;
+    const { width, height } = viewer.canvas.getBoundingClientRect();
+    viewer.look(width / 2, 0.8 * height);
+    const row = [...viewer.told.children].find((line) => line.querySelector("b").textContent === "B");
+    outcome.pointed = { texel: viewer.seen, told: row.querySelector("span").textContent, state: Array.from(viewer.state.radiosity.subarray(3 * viewer.seen, 3 * viewer.seen + 3)) };
+    const drawn = () => {
+      const { gl, canvas } = trace().page.viewer;
+      trace().page.viewer.draw();
+      const pixels = new Uint32Array(canvas.width * canvas.height);
+      gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(pixels.buffer));
+      return new Set(pixels).size;
+    };
+    outcome.colours = drawn();
+    // A lamp is moved and dimmed, a wall painted, and all undone.
+    const state = () => ({ checksum: studio.dataset.checksum, power: studio.live.solved.power });
+    outcome.first = state();
+    const x = studio.querySelector("[name=x]");
+    await set("x", x.min, "estimated");
+    outcome.lamp_moved = { ...state(), shift: Number(x.value) };
+    await set("brightness", -1, "estimated");
+    outcome.lamp_dimmed = state();
+    await set("surface", studio.querySelector("[name=surface]").options[2].value);
+    await set("red", 0, "estimated");
+    outcome.wall_painted = state();
+    studio.querySelector("[data-do=reset]").click();
+    await wait(20);
+    await until("estimated");
+    outcome.undone = state();
+    // The GPU solves the same; a shader that is changed differs, and one that is wrong is refused.
+    const verdict = async () => {
+      studio.querySelector("[data-do=compare]").click();
+      const said = studio.querySelector(".verdict");
+      for (let tries = 0; !/agree|disagree/.test(said.className); tries++) {
+        if (tries > 2400) throw new Error(`the GPU says nothing: ${said.textContent}`);
+        await wait(50);
+      }
+      const { html, ...compared } = studio.live.compared ?? {};
+      return { ...compared, said: said.textContent, tone: said.className, viewers: studio.querySelectorAll(".compared .viewer").length };
+    };
+    const change_shader = async (name, from, to) => {
+      await set("shader", name);
+      const text = studio.querySelector(".wgsl");
+      if (!text.value.includes(from)) throw new Error(`${name}.wgsl has no ${from}`);
+      text.value = text.value.replace(from, to);
+    };
+    outcome.gpu = { has: !!view.navigator.gpu, as_it_is: await verdict() };
+    await change_shader("link", "next.seen += g;", "next.seen += 0.5 * g;");
+    outcome.gpu.changed = await verdict();
+    await change_shader("select", "if power > best {", "if power < best {");
+    outcome.gpu.chosen = await verdict();
+    await change_shader("deposit", "fn ", "fnord ");
+    outcome.gpu.refused = await verdict();
+    await set("shader", "");
+    // A coarse item buffer errs where rays do not.
+    await set("visibility", "paper");
+    await set("pixels", "16", "estimated");
+    trace().querySelector("[data-what=error]").click();
+    outcome.item_buffer = { what: trace().page.viewer.what, wrong: trace().page.viewer.largest_error() };
+    await set("visibility", "rays", "estimated");
+    // A long solve is stopped, and the page goes on.
+    await set("texels", "48");
+    await set("samples", "16");
+    await until("solving");
+    await wait(1500);
+    const begun = performance.now();
+    studio.querySelector("[data-do=stop]").click();
+    await until("stopped");
+    outcome.stopped = { milliseconds: performance.now() - begun, told: told() };
+    await set("samples", "1");
+    await set("texels", "8", "estimated");
+    outcome.resumed = state();
+    // Files are dropped: one without light, and one that is damaged.
+    const drop = (files) => {
+      const dropped = new view.DataTransfer();
+      for (const [name, text] of files) dropped.items.add(new view.File([text], name));
+      page.dispatchEvent(new view.DragEvent("drop", { dataTransfer: dropped, bubbles: true, cancelable: true }));
+    };
+    drop([["tent.obj", "o tent\nv 0 0 0\nv 2 0 0\nv 2 0 2\nv 0 0 2\nv 1 2 1\nf 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n"]]);
+    await wait(20);
+    await until("estimated");
+    outcome.dropped = { note: studio.querySelector(".scene-note").textContent, lamps: [...studio.querySelector("[name=lamp]").options].map((option) => option.value), told: told() };
+    drop([["damaged.obj", "v 0 0 0\nv 1 0\n"]]);
+    await wait(20);
+    await until("failed");
+    outcome.damaged = told();
+    drop([["picture.xyz", "?"]]);
+    await until("failed");
+    outcome.unknown = told();
+    await set("scene", "furnace", "estimated");
+    const phone = await open_frame(390, "live.html?scene=cornell_box");
+    const small = phone.contentDocument.querySelector(".studio");
+    for (let tries = 0; small.dataset.state !== "estimated" && tries < 1200; tries++) await wait(50);
+    outcome.phone = { state: small.dataset.state, wide: phone.contentDocument.documentElement.scrollWidth };
+    outcome.desktop = page.documentElement.scrollWidth;
+    const loaded = [...view.performance.getEntriesByType("resource")].map(({ name }) => name);
+    outcome.elsewhere = loaded.filter((name) => new URL(name).origin !== location.origin && !name.startsWith("blob:"));
+  } catch (error) {
+    outcome.failed = String(error.stack || error);
+  }
+  await fetch("outcome", { method: "POST", body: JSON.stringify(outcome) });
+})();

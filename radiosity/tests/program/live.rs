@@ -1,0 +1,359 @@
+//! The live page of `web/live`: what it solves in a browser is what the same code solves natively.
+
+use super::browser::browser_for;
+use super::command::TestFolder;
+use common::file::keep_in_memory;
+use live::change::{GroupChange, change_scene};
+use live::gpu_comparison::{LiveShader, check_origins, compare_with_gpu, list_shaders};
+use live::request::LiveRequest;
+use live::solve::{LiveScene, LiveSolve};
+use oracle::solve::progress::without_progress;
+use pollster::block_on;
+use serde_json::{Value, json};
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::mpsc::{Sender, channel};
+use std::thread;
+use std::time::Duration;
+use web::live_page::{LIVE_SCENES, write_live_page};
+
+/// A page with a script that works the live page in frames.
+const TEST_PAGE: &str = concat!(
+    "<!DOCTYPE html><body><script>",
+    include_str!("live.js"),
+    "</script></body>"
+);
+/// Time after which a page that hands nothing over is given up.
+const OUTCOME_LIMIT: Duration = Duration::from_secs(420);
+/// Maximum bytes of the program, compressed by deflate as servers do.
+const MAX_PROGRAM_BYTES: usize = 2_000_000;
+
+fn repository_root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// Returns the program of the page; without one prints that the test is skipped.
+fn module_for(test: &str) -> Option<PathBuf> {
+    let module = std::env::var_os("RADIOSITY_WASM").map(PathBuf::from);
+    if module.is_none() {
+        eprintln!("SKIPPED {test}: RADIOSITY_WASM names no program of the live page");
+    }
+    module
+}
+
+/// Opens a bundled scene as the page does: its files are in memory.
+fn open_bundled(scene: &str) -> LiveScene {
+    for extension in ["obj", "mtl"] {
+        let name = format!("{scene}.{extension}");
+        let content = fs::read(repository_root().join("scenes").join(&name)).unwrap();
+        keep_in_memory(Path::new(&name), Some(content));
+    }
+    LiveScene::open(&format!("{scene}.obj")).unwrap()
+}
+
+/// Solves a bundled scene natively with the page's first settings; the automatic view uses sines, which a browser rounds
+/// otherwise.
+fn solve_natively(scene: &str, changes: Value, view: Value) -> LiveSolve {
+    let mut live = open_bundled(scene);
+    let request = LiveRequest::parse(&first_request(changes, view)).unwrap();
+    live.solve(&request, &without_progress()).unwrap()
+}
+
+/// Returns the page's first request of a scene of few faces.
+fn first_request(changes: Value, view: Value) -> String {
+    let request = json!({
+        "texels": 8, "patches": 2, "samples": 1, "visibility": "rays", "pixels": 128, "form_factor": "polygon",
+        "epsilon": 0.001, "changes": changes, "view": view,
+    });
+    request.to_string()
+}
+
+/// Serves the files of `folder`, the test's page, and passes on what is posted.
+fn serve_folder(folder: PathBuf, outcome: Sender<String>) -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    thread::spawn(move || {
+        for stream in listener.incoming().flatten() {
+            let (folder, outcome) = (folder.clone(), outcome.clone());
+            // A browser may close a connection early.
+            thread::spawn(move || answer_request(stream, &folder, &outcome).unwrap_or_default());
+        }
+    });
+    port
+}
+
+fn answer_request(stream: TcpStream, folder: &Path, outcome: &Sender<String>) -> std::io::Result<()> {
+    let mut reader = BufReader::new(stream.try_clone()?);
+    let mut line = String::new();
+    reader.read_line(&mut line)?;
+    let path = line.split_whitespace().nth(1).unwrap_or("/").to_owned();
+    let mut length = 0;
+    loop {
+        let mut header = String::new();
+        reader.read_line(&mut header)?;
+        let Some((name, value)) = header.split_once(':') else {
+            break;
+        };
+        if name.eq_ignore_ascii_case("content-length") {
+            length = value.trim().parse().unwrap_or(0);
+        }
+    }
+    let mut body = vec![0; length];
+    reader.read_exact(&mut body)?;
+    let name = path.trim_start_matches('/').split('?').next().unwrap_or_default();
+    let kind = match name.rsplit('.').next() {
+        Some("html") => "text/html",
+        Some("js") => "text/javascript",
+        Some("wasm") => "application/wasm",
+        _ => "application/octet-stream",
+    };
+    let content = match name {
+        "test.html" => Ok(TEST_PAGE.as_bytes().to_vec()),
+        "outcome" => {
+            let _ = outcome.send(String::from_utf8_lossy(&body).into_owned());
+            Ok(Vec::new())
+        }
+        _ => fs::read(folder.join(name)),
+    };
+    let (status, content) = match content {
+        Ok(content) => ("200 OK", content),
+        Err(_) => ("404 Not Found", Vec::new()),
+    };
+    let mut stream = stream;
+    let length = content.len();
+    write!(
+        stream,
+        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"
+    )?;
+    stream.write_all(&content)
+}
+
+/// Opens the test's page in `browser` and returns what it posts.
+fn work_page(browser: &str, folder: &TestFolder) -> Value {
+    let (sender, receiver) = channel();
+    let port = serve_folder(folder.path("page"), sender);
+    let profile = folder.path("profile");
+    let mut shown = Command::new(browser)
+        .args(["--headless=new", "--no-sandbox", "--window-size=1300,1000"])
+        .args([
+            "--use-gl=angle",
+            "--use-angle=swiftshader",
+            "--enable-unsafe-swiftshader",
+            "--ignore-gpu-blocklist",
+        ])
+        .args([
+            "--enable-unsafe-webgpu",
+            "--enable-features=Vulkan",
+            "--use-webgpu-adapter=swiftshader",
+        ])
+        .args(["--disable-background-networking", "--remote-debugging-port=0"])
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .arg(format!("http://127.0.0.1:{port}/test.html"))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let outcome = receiver.recv_timeout(OUTCOME_LIMIT);
+    shown.kill().unwrap();
+    shown.wait().unwrap();
+    serde_json::from_str(&outcome.expect("the page hands nothing over")).unwrap()
+}
+
+#[test]
+fn live_page_solves_as_the_native_program() {
+    let test = "live_page_solves_as_the_native_program";
+    let (Some(module), Some(browser)) = (module_for(test), browser_for(test)) else {
+        return;
+    };
+    let folder = TestFolder::new();
+    write_live_page(repository_root(), &module, &folder.path("page")).unwrap();
+    let program = fs::read(folder.path("page/program_bg.wasm")).unwrap();
+    let compressed = miniz_oxide::deflate::compress_to_vec(&program, 9).len();
+    assert!(compressed < MAX_PROGRAM_BYTES, "{compressed} bytes");
+    let outcome = work_page(&browser, &folder);
+    assert_eq!(outcome["failed"], Value::Null);
+    for scene in LIVE_SCENES {
+        let native = solve_natively(scene, json!([]), Value::Null);
+        let live = &outcome["scenes"][scene];
+        assert_eq!(live["solver"], "cpu", "{scene}");
+        assert_eq!(live["shots"], native.shots, "{scene}");
+        assert_eq!(live["checksum"], native.checksum, "{scene}");
+    }
+    let native = solve_natively("cornell_box", json!([]), outcome["view"].clone());
+    let record = outcome["record"].as_str().unwrap();
+    assert_eq!(without_arrays(record), without_arrays(&native.html));
+    assert_eq!(outcome["records"], 1);
+    let moved = &outcome["moved"];
+    assert_eq!(moved["shots"], native.shots);
+    assert_eq!(moved["stepped"], native.shots - 1);
+    assert_eq!(moved["scrubbed"], 3);
+    assert_eq!(moved["played"], true);
+    assert!(outcome["colours"].as_u64().unwrap() > 100, "{}", outcome["colours"]);
+    check_pointed_texel(&outcome["pointed"]);
+    check_changes(&outcome, &native);
+    check_gpu(&outcome["gpu"], native.shots);
+    assert_eq!(outcome["item_buffer"]["what"], "error");
+    assert!(outcome["item_buffer"]["wrong"].as_f64().unwrap() > 0.01);
+    assert!(outcome["stopped"]["milliseconds"].as_f64().unwrap() < 1000.0);
+    assert_eq!(outcome["resumed"]["checksum"], native.checksum);
+    check_files(&outcome);
+    assert_eq!(outcome["phone"]["state"], "estimated");
+    assert!(outcome["phone"]["wide"].as_u64().unwrap() <= 390);
+    assert!(outcome["desktop"].as_u64().unwrap() <= 1280);
+    assert_eq!(outcome["elsewhere"], json!([]));
+}
+
+/// Returns a record's element without its packed arrays: they hold pictures of the hemisphere, in which single pixels on edges
+/// are rounded otherwise.
+fn without_arrays(html: &str) -> String {
+    let mut parts = html.split("<script class=\"trace-arrays\"");
+    let text = parts.next().unwrap().to_owned();
+    assert!(parts.next().unwrap().len() > 10_000);
+    text
+}
+
+/// The numbers that are told are those of the state that is shown.
+fn check_pointed_texel(pointed: &Value) {
+    let told = pointed["told"].as_str().unwrap();
+    let last = told.split('→').next_back().unwrap().trim_end_matches("W/m²");
+    let told: Vec<f64> = last.split_whitespace().map(|number| number.parse().unwrap()).collect();
+    let state: Vec<f64> = serde_json::from_value(pointed["state"].clone()).unwrap();
+    assert_eq!(told.len(), 3);
+    for (told, state) in told.iter().zip(&state) {
+        // Five significant digits are told.
+        assert!(*state > 0.0 && (told / state - 1.0).abs() < 1e-4, "{pointed}");
+    }
+}
+
+/// A lamp that moves keeps its power, one that is dimmed halves it, and what is undone comes back to the bit.
+fn check_changes(outcome: &Value, native: &LiveSolve) {
+    let emitted = |name: &str| outcome[name]["power"]["emitted"].as_f64().unwrap();
+    let absorbed = |name: &str| outcome[name]["power"]["absorbed"].as_f64().unwrap();
+    let shift = outcome["lamp_moved"]["shift"].as_f64().unwrap();
+    let moved = solve_natively(
+        "cornell_box",
+        json!([{ "name": "light", "shift": [shift, 0, 0] }]),
+        Value::Null,
+    );
+    assert!(shift < 0.0);
+    assert_eq!(outcome["lamp_moved"]["checksum"], moved.checksum);
+    assert_ne!(moved.checksum, native.checksum);
+    assert!((emitted("lamp_moved") / emitted("first") - 1.0).abs() < 1e-6);
+    assert!((emitted("lamp_dimmed") / emitted("first") - 0.5).abs() < 1e-6);
+    assert!(absorbed("wall_painted") > 1.01 * absorbed("lamp_dimmed"));
+    assert_eq!(outcome["undone"], outcome["first"]);
+    assert_eq!(outcome["first"]["checksum"], native.checksum);
+}
+
+/// The GPU agrees, a changed shader differs and its stage is named, and one that cannot be compiled is refused with its place.
+fn check_gpu(gpu: &Value, shots: usize) {
+    assert_eq!(gpu["has"], true);
+    let own = &gpu["as_it_is"];
+    assert_eq!(own["tone"], "verdict agree", "{own}");
+    assert_eq!(own["shots"], shots);
+    assert_eq!(own["first_other_shooter"], Value::Null);
+    assert!(own["difference"].as_f64().unwrap() < 1e-5, "{own}");
+    assert_eq!(own["viewers"], 1);
+    assert_eq!(gpu["changed"]["tone"], "verdict disagree");
+    let said = gpu["changed"]["said"].as_str().unwrap();
+    assert!(said.contains("form_factor.wgsl and link.wgsl"), "{said}");
+    let chosen = gpu["chosen"]["said"].as_str().unwrap();
+    assert!(chosen.contains("choice of the shooter: select.wgsl"), "{chosen}");
+    let refused = gpu["refused"]["said"].as_str().unwrap();
+    assert!(refused.contains("deposit.wgsl:13:1: expected"), "{refused}");
+    assert_eq!(gpu["refused"]["viewers"], 0);
+}
+
+/// Files that are dropped: a scene without light gets a lamp, and others are refused in one line.
+fn check_files(outcome: &Value) {
+    let note = outcome["dropped"]["note"].as_str().unwrap();
+    assert!(
+        note.starts_with("tent.obj: 25 faces.") && note.contains("no light"),
+        "{note}"
+    );
+    assert_eq!(outcome["dropped"]["lamps"], json!(["lamp"]));
+    let damaged = "damaged.obj: line 2: a vertex needs three numbers: is the file cut off?";
+    assert_eq!(outcome["damaged"], damaged);
+    let unknown = "None of these files is a scene: give an .obj, a .glb or a .gltf.";
+    assert_eq!(outcome["unknown"], unknown);
+}
+
+#[test]
+fn changes_out_of_range_are_refused_in_one_line() {
+    let scene = open_bundled("cornell_box");
+    let refused = [
+        (json!({ "name": "nobody" }), "no face is called \"nobody\""),
+        (
+            json!({ "name": "light", "emission_factor": -1.0 }),
+            "cannot emit -1 times",
+        ),
+        (
+            json!({ "name": "floor", "reflectance": [0.5, 1.5, 0.5] }),
+            "cannot reflect",
+        ),
+        (
+            json!({ "name": "floor", "reflectance": [0.5, -0.1, 0.5] }),
+            "cannot reflect",
+        ),
+    ];
+    for (change, expected) in refused {
+        let change: GroupChange = serde_json::from_value(change).unwrap();
+        let error = change_scene(scene.scene(), &[change]).unwrap_err().to_string();
+        assert!(error.contains(expected) && !error.contains('\n'), "{error}");
+    }
+    for (text, expected) in [("{", "cannot be read"), ("{\"texels\": 8}", "missing field")] {
+        let error = LiveRequest::parse(text).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+/// Faults of shaders and the stages by which they are named: file, text, replacement, name.
+const NAMED_FAULTS: [(&str, &str, &str, &str); 4] = [
+    ("select", "if power > best {", "if power < best {", "select.wgsl"),
+    ("link", "next.seen += g;", "next.seen += 0.5 * g;", "link.wgsl"),
+    (
+        "form_factor",
+        "let b = shots[slot].corners[k].xyz - position;",
+        "let b = shots[slot].corners[k].xyz - 0.9 * position;",
+        "form_factor.wgsl",
+    ),
+    (
+        "deposit",
+        "texels[k].reflectance * received",
+        "0.9 * texels[k].reflectance * received",
+        "deposit.wgsl",
+    ),
+];
+
+#[test]
+fn gpu_agrees_and_a_changed_shader_is_named_by_its_stage() {
+    let mut scene = open_bundled("cornell_box");
+    assert!(
+        block_on(compare_with_gpu(&scene, &[])).is_err_and(|error| error.to_string().contains("nothing is solved"))
+    );
+    let request = LiveRequest::parse(&first_request(json!([]), Value::Null)).unwrap();
+    scene.solve(&request, &without_progress()).unwrap();
+    let own = block_on(compare_with_gpu(&scene, &[])).unwrap();
+    assert!(own.agrees && own.wrong_stage.is_none(), "{}", own.difference);
+    let field = &scene.latest().unwrap().1.run.field;
+    assert!(check_origins(field, field).is_err());
+    for (name, from, to, stage) in NAMED_FAULTS {
+        let text = list_shaders()
+            .into_iter()
+            .find(|shader| shader.name == name)
+            .unwrap()
+            .text;
+        assert!(text.contains(from), "{name}.wgsl has no {from}");
+        let changed = LiveShader {
+            name: name.to_owned(),
+            text: text.replace(from, to),
+        };
+        let compared = block_on(compare_with_gpu(&scene, &[changed])).unwrap();
+        assert!(!compared.agrees, "{name}: {}", compared.difference);
+        let named = compared.wrong_stage.unwrap_or_default();
+        assert!(named.contains(stage), "{name}: {named:?}");
+    }
+}

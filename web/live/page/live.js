@@ -1,0 +1,448 @@
+// The live page: its controls, the worker that solves, and the record of the latest solve.
+
+// A running solve that is no longer wanted may come to its end within this time; a longer one is ended.
+const PATIENCE_MILLISECONDS = 700;
+// Texels that a scene begins with at most, so that its first solve takes a moment.
+const FIRST_TEXELS = 20000;
+// Names of files that hold a scene.
+const SCENE_NAME = /\.(obj|glb|gltf)$/i;
+
+// A solve that was ended because another is wanted.
+class Ended extends Error {}
+
+// The program in a worker, which is started again after it was ended.
+class Program {
+  constructor(module) {
+    this.module = module;
+    this.calls = new Map();
+    this.next = 0;
+    this.start();
+  }
+
+  start() {
+    this.worker = new Worker("worker.js", { type: "module" });
+    this.worker.onmessage = ({ data }) => this.receive(data);
+    this.worker.onerror = (event) => this.fail(new Error(event.message || "the worker cannot be started"));
+    this.started = this.call("start", { module: this.module });
+    this.opened = null;
+  }
+
+  // Ends what runs; what was opened is opened again when it is needed.
+  end() {
+    this.worker.terminate();
+    this.fail(new Ended());
+    this.start();
+  }
+
+  fail(error) {
+    const calls = [...this.calls.values()];
+    this.calls.clear();
+    for (const { refuse } of calls) refuse(error);
+  }
+
+  call(act, content, show) {
+    const call = this.next++;
+    return new Promise((accept, refuse) => {
+      this.calls.set(call, { accept, refuse, show });
+      this.worker.postMessage({ act, call, ...content });
+    });
+  }
+
+  receive({ call, answer, phase, share, message, broken }) {
+    const known = this.calls.get(call);
+    if (!known) return;
+    if (phase !== undefined) return known.show?.(phase, share);
+    this.calls.delete(call);
+    if (message === undefined) return known.accept(answer);
+    if (broken) {
+      this.worker.terminate();
+      this.start();
+    }
+    known.refuse(new Error(broken ? `The program failed: ${message}` : message));
+  }
+
+  // Opens a scene of files and returns its description.
+  async open(name, files) {
+    this.files = { name, files };
+    await this.started;
+    this.opened = this.call("open", this.files);
+    return this.opened;
+  }
+
+  // Calls the program on the opened scene.
+  async ask(act, content, show) {
+    await this.started;
+    this.opened ??= this.call("open", this.files);
+    await this.opened;
+    return this.call(act, content, show);
+  }
+}
+
+class LivePage {
+  constructor(element, module) {
+    this.element = element;
+    this.form = element.querySelector("form");
+    this.outcome = element.querySelector(".outcome");
+    this.bar = element.querySelector("progress");
+    this.record = element.querySelector(".record");
+    this.program = new Program(module);
+    this.changes = new Map();
+    this.view = null;
+    this.verdict = element.querySelector(".verdict");
+    this.listen();
+    this.list_shaders();
+    const asked = new URLSearchParams(location.search).get("scene");
+    const { scene } = this.form.elements;
+    if ([...scene.options].some((option) => option.value === asked)) scene.value = asked;
+    this.choose_bundled();
+  }
+
+  listen() {
+    const { form, element } = this;
+    form.addEventListener("submit", (event) => event.preventDefault());
+    form.addEventListener("input", ({ target }) => this.react(target));
+    const acts = {
+      stop: () => this.stop(), compare: () => this.compare(), reset: () => this.reset(), picture: () => this.save_picture(), lightmap: () => this.save_lightmap(),
+    };
+    for (const [name, act] of Object.entries(acts)) this.button(name).addEventListener("click", act);
+    element.querySelector("[name=shader]").addEventListener("input", ({ target }) => this.show_shader(target.value));
+    document.addEventListener("dragover", (event) => { event.preventDefault(); element.classList.add("over"); });
+    document.addEventListener("dragleave", (event) => { if (!event.relatedTarget) element.classList.remove("over"); });
+    document.addEventListener("drop", (event) => {
+      event.preventDefault();
+      element.classList.remove("over");
+      this.choose_files([...event.dataTransfer.files]);
+    });
+  }
+
+  button(name) {
+    return this.element.querySelector(`[data-do=${name}]`);
+  }
+
+  react({ name, files }) {
+    const { lamp, surface } = this.form.elements;
+    if (name === "scene") return this.choose_bundled();
+    if (name === "files") return this.choose_files([...files]);
+    if (name === "lamp") return this.show_lamp();
+    if (name === "surface") return this.show_surface();
+    if (["x", "y", "z", "brightness"].includes(name)) this.change_lamp(lamp.value);
+    if (["red", "green", "blue"].includes(name)) this.change_surface(surface.value);
+    return this.solve();
+  }
+
+  async choose_bundled() {
+    const name = this.form.elements.scene.value;
+    const files = [".obj", ".mtl"].map(async (end) => {
+      const answer = await fetch(`scenes/${name}${end}`);
+      if (!answer.ok) throw new Error(`scenes/${name}${end} cannot be loaded`);
+      return { name: `${name}${end}`, content: new Uint8Array(await answer.arrayBuffer()) };
+    });
+    return this.open(`${name}.obj`, Promise.all(files));
+  }
+
+  async choose_files(files) {
+    const scene = files.find((file) => SCENE_NAME.test(file.name));
+    if (!scene) return this.show_failure("None of these files is a scene: give an .obj, a .glb or a .gltf.");
+    const contents = files.map(async (file) => ({ name: file.name, content: new Uint8Array(await file.arrayBuffer()) }));
+    return this.open(scene.name, Promise.all(contents));
+  }
+
+  // Opens a scene, fills the controls with what it has, and solves it.
+  async open(name, contents) {
+    const turn = (this.turn = (this.turn ?? 0) + 1);
+    if (this.running) this.program.end();
+    this.wanted = false;
+    this.set_state("opening");
+    try {
+      const files = await contents;
+      if (turn !== this.turn) return;
+      const scene = await this.program.open(name, files);
+      if (turn !== this.turn) return;
+      this.scene = scene;
+    } catch (error) {
+      if (turn === this.turn && !(error instanceof Ended)) this.show_failure(error.message);
+      return;
+    }
+    this.changes.clear();
+    this.view = null;
+    this.fill_controls();
+    await this.solve();
+  }
+
+  fill_controls() {
+    const { form, scene } = this;
+    const fill = (select, groups) => {
+      select.replaceChildren(...groups.map(({ name }) => new Option(name || "(no name)", name)));
+      select.closest("fieldset").disabled = groups.length === 0;
+    };
+    const lamps = scene.groups.filter(({ power }) => power > 0);
+    fill(form.elements.lamp, lamps);
+    fill(form.elements.surface, scene.groups.filter(({ power }) => power === 0));
+    const most = Math.sqrt(FIRST_TEXELS / scene.faces);
+    form.elements.texels.value = Math.min(8, Math.max(1, Math.floor(most)));
+    form.elements.patches.value = scene.faces > 200 ? 1 : 2;
+    const note = this.element.querySelector(".scene-note");
+    note.textContent = `${scene.name}: ${scene.faces} faces. ${scene.notes.join(" ")}`;
+    this.show_lamp();
+    this.show_surface();
+  }
+
+  group(name) {
+    return this.scene.groups.find((group) => group.name === name);
+  }
+
+  change(name) {
+    return this.changes.get(name) ?? { name };
+  }
+
+  // Sets the lamp's sliders: it stays within the box of the scene.
+  show_lamp() {
+    const { elements } = this.form;
+    const lamp = this.group(elements.lamp.value);
+    if (!lamp) return;
+    const { shift = [0, 0, 0], emission_factor = 1 } = this.change(lamp.name);
+    ["x", "y", "z"].forEach((axis, k) => {
+      const [low, high] = [0, 1].map((end) => this.scene.bounds[end][k] - lamp.bounds[end][k]);
+      Object.assign(elements[axis], { min: low, max: high, step: "any" });
+      elements[axis].value = shift[k];
+    });
+    elements.brightness.value = Math.log2(emission_factor);
+  }
+
+  show_surface() {
+    const { elements } = this.form;
+    const surface = this.group(elements.surface.value);
+    if (!surface) return;
+    const { reflectance = surface.reflectance } = this.change(surface.name);
+    ["red", "green", "blue"].forEach((channel, k) => { elements[channel].value = reflectance[k]; });
+  }
+
+  change_lamp(name) {
+    if (!this.group(name)) return;
+    const { elements } = this.form;
+    const shift = ["x", "y", "z"].map((axis) => Number(elements[axis].value));
+    this.changes.set(name, { ...this.change(name), shift, emission_factor: 2 ** Number(elements.brightness.value) });
+  }
+
+  change_surface(name) {
+    if (!this.group(name)) return;
+    const { elements } = this.form;
+    const reflectance = ["red", "green", "blue"].map((channel) => Number(elements[channel].value));
+    this.changes.set(name, { ...this.change(name), reflectance });
+  }
+
+  reset() {
+    this.changes.clear();
+    this.show_lamp();
+    this.show_surface();
+    return this.solve();
+  }
+
+  request() {
+    const { elements } = this.form;
+    const number = (name) => Number(elements[name].value);
+    return {
+      texels: number("texels"), patches: number("patches"), samples: number("samples"),
+      visibility: elements.visibility.value, pixels: number("pixels"), form_factor: elements.form_factor.value,
+      epsilon: number("epsilon"), changes: [...this.changes.values()], view: this.view,
+    };
+  }
+
+  // Solves what the controls say; while a solve runs, the latest wish waits.
+  async solve() {
+    if (!this.scene) return;
+    this.wanted = true;
+    if (this.running) {
+      if (performance.now() - this.begun > PATIENCE_MILLISECONDS) this.program.end();
+      return;
+    }
+    this.running = true;
+    while (this.wanted) {
+      this.wanted = false;
+      this.begun = performance.now();
+      await this.solve_once().catch((error) => {
+        if (!(error instanceof Ended)) this.show_failure(error.message);
+      });
+    }
+    this.running = false;
+    this.button("stop").disabled = true;
+    this.bar.value = 1;
+  }
+
+  async solve_once() {
+    this.set_state("solving");
+    if (!this.solved) this.outcome.textContent = "Solving …";
+    this.button("stop").disabled = false;
+    const show = (phase, share) => { this.bar.value = share; };
+    const solve = await this.program.ask("solve", { request: this.request() }, show);
+    this.view = solve.view;
+    await this.show_record(solve.html);
+    this.solved = solve;
+    this.tell("");
+    for (const name of ["reset", "picture", "lightmap"]) this.button(name).disabled = false;
+    this.element.dataset.checksum = solve.checksum;
+    this.set_state("solved");
+    this.button("compare").disabled = !navigator.gpu;
+    this.forget_comparison(navigator.gpu ? "" : "This browser has no WebGPU, so only the CPU runs here.");
+    if (this.wanted) return;
+    const error = await this.program.ask("estimate", {});
+    this.tell(error === null ? "" : ` Estimated error: ${percent(error)}.`);
+    this.set_state("estimated");
+  }
+
+  // Says what ran and what came out.
+  tell(end) {
+    const { shots, seconds, power, checksum, solver } = this.solved;
+    const by = { cpu: "CPU, in WebAssembly with one thread" }[solver];
+    const share = (part) => percent(share_of(part, power.emitted));
+    this.outcome.textContent =
+      `${by}: ${shots} shots in ${number(Number(seconds.toPrecision(3)))} s. Of ${watts(power.emitted)} emitted, ${share(power.absorbed)} is absorbed, ` +
+      `${share(power.escaped)} has escaped, ${share(power.unshot)} is unshot; closure (what the form factors lose) ${share(power.closure)}.` +
+      `${end} Checksum of B, r and H: ${checksum}.`;
+  }
+
+  // Puts a record into the place of the one before, which stays until it can be drawn, with the same view of it.
+  async show_record(html) {
+    const coming = make("div", { class: "coming" });
+    coming.innerHTML = html;
+    this.record.append(coming);
+    const next = coming.querySelector(".trace");
+    await open_trace(next);
+    const before = this.record.querySelector(".trace").page;
+    const after = next.page;
+    after?.go(after.last);
+    if (before !== after) {
+      if (this.shown_scene === this.scene) this.keep_view(before, after);
+      before.close();
+    }
+    this.shown_scene = this.scene;
+    for (const other of [...this.record.children]) if (other !== coming) other.remove();
+    coming.className = "";
+  }
+
+  // Shows the new record as the one before: camera, exposure, shot, quantity.
+  keep_view(before, next) {
+    const [old, own] = [before.viewer, next.viewer];
+    Object.assign(own, { eye: old.eye, target: old.target, seen: old.seen });
+    for (const name of ["grid", "false_colours"]) if (old[name]) own.toggle(name);
+    own.expose(old.stops);
+    if (own.seen !== null && own.seen >= own.scene.texels) own.seen = null;
+    next.go(before.done === before.last ? next.last : before.done);
+    own.select(old.what);
+    next.speed.value = before.speed.value;
+  }
+
+  // Fills the list of the shaders that a reader can change.
+  async list_shaders() {
+    await this.program.started;
+    this.shaders = await this.program.call("shaders", {});
+    this.element.querySelector("[name=shader]").append(...this.shaders.map(({ name }) => new Option(`${name}.wgsl`, name)));
+  }
+
+  show_shader(name) {
+    const text = this.element.querySelector(".wgsl");
+    const shader = this.shaders.find((own) => own.name === name);
+    text.hidden = !shader;
+    text.value = shader?.text ?? "";
+  }
+
+  // Returns the shader that the reader has changed, as a list.
+  changed_shaders() {
+    const { value: name } = this.element.querySelector("[name=shader]");
+    const { value: text } = this.element.querySelector(".wgsl");
+    return this.shaders.some((own) => own.name === name && own.text !== text) ? [{ name, text }] : [];
+  }
+
+  // Solves on the GPU what the CPU has solved, and shows both and their difference.
+  async compare() {
+    const solved = this.solved;
+    this.forget_comparison("The GPU solves …");
+    try {
+      const compared = await this.program.ask("compare", { shaders: this.changed_shaders() });
+      if (solved !== this.solved) return;
+      this.show_comparison(compared);
+    } catch (error) {
+      if (!(error instanceof Ended)) this.say_verdict("disagree", `The GPU has no answer: ${error.message}`);
+    }
+  }
+
+  show_comparison(compared) {
+    const { adapter, shots, seconds, difference, agrees, wrong_stage, power, first_other_shooter, html } = compared;
+    const stage = agrees ? "" : ` In the first shot ${wrong_stage ? `the first stage that differs is the ${wrong_stage}` : "no stage differs: the fault shows later"}.`;
+    const share = (part) => percent(share_of(part, power.emitted));
+    this.say_verdict(agrees ? "agree" : "disagree",
+      `${agrees ? "Agree" : "Differ"}: B of the GPU (${adapter}) and of the CPU differ by ${percent(difference)} (RMS). The GPU made ${shots} shots in ` +
+      `${number(Number(seconds.toPrecision(3)))} s, shaders compiled; ` +
+      `${first_other_shooter === null ? "the shooters are the same" : `shot ${first_other_shooter + 1} is of another shooter`}. ` +
+      `Of the emitted power ${share(power.absorbed)} is absorbed, ${share(power.escaped)} has escaped; closure (what the form factors lose) ${share(power.closure)}.${stage}`);
+    const place = this.element.querySelector(".compared");
+    place.innerHTML = html;
+    const own = place.querySelector(".viewer");
+    own.viewer = new Viewer(own);
+    own.viewer.select("difference");
+    this.compared = compared;
+  }
+
+  say_verdict(tone, text) {
+    this.verdict.className = `verdict ${tone}`;
+    this.verdict.hidden = text === "";
+    this.verdict.textContent = text;
+  }
+
+  // Removes a comparison that is of an earlier solve; says `text` instead.
+  forget_comparison(text) {
+    const place = this.element.querySelector(".compared");
+    place.querySelector(".viewer")?.viewer?.close();
+    place.replaceChildren();
+    this.compared = null;
+    this.say_verdict("", text);
+  }
+
+  stop() {
+    this.wanted = false;
+    this.program.end();
+    this.set_state("stopped");
+    this.outcome.textContent = this.solved ? "Stopped: the record is that of the solve before." : "Stopped.";
+  }
+
+  show_failure(message) {
+    this.set_state("failed");
+    this.outcome.textContent = message;
+  }
+
+  set_state(state) {
+    this.element.dataset.state = state;
+  }
+
+  save_picture() {
+    const { canvas } = this.record.querySelector(".viewer").viewer;
+    canvas.toBlob((blob) => this.save("radiosity.png", blob), "image/png");
+  }
+
+  async save_lightmap() {
+    const content = await this.program.ask("lightmap", {});
+    this.save("lightmap.exr", new Blob([content], { type: "image/x-exr" }));
+  }
+
+  save(name, blob) {
+    const link = make("a", { href: URL.createObjectURL(blob), download: name });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  }
+}
+
+// Compiles the program once; every worker gets it.
+async function compile_program() {
+  const answer = await fetch("program_bg.wasm");
+  if (!answer.ok) throw new Error("program_bg.wasm cannot be loaded");
+  return WebAssembly.compile(await answer.arrayBuffer());
+}
+
+document.querySelectorAll(".studio").forEach(async (element) => {
+  try {
+    element.live = new LivePage(element, await compile_program());
+  } catch (error) {
+    element.dataset.state = "failed";
+    element.querySelector(".outcome").textContent = `The page cannot run: ${error.message} It needs a web server, and a browser of 2023 or later.`;
+  }
+});

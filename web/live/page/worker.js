@@ -1,0 +1,49 @@
+// Runs the program for live.js: one answer to each message, and reports of progress in between.
+
+import start, { OpenScene, give_file, list_shaders, take_file } from "./program.js";
+
+let scene = null;
+let given = [];
+
+const acts = {
+  start: ({ module }) => start({ module_or_path: module }).then(() => null),
+
+  // Opens a scene of files, which take the place of those before.
+  open({ name, files }) {
+    scene?.free();
+    scene = null;
+    given.forEach(take_file);
+    given = files.map((file) => file.name);
+    for (const file of files) give_file(file.name, file.content);
+    scene = new OpenScene(name);
+    return JSON.parse(scene.describe());
+  },
+
+  solve({ request }, show) {
+    const begin = performance.now();
+    const solve = JSON.parse(scene.solve(JSON.stringify(request), show));
+    return { ...solve, seconds: (performance.now() - begin) / 1000 };
+  },
+
+  estimate: () => scene.estimate_error() ?? null,
+
+  shaders: () => JSON.parse(list_shaders()),
+
+  async compare({ shaders }) {
+    const begin = performance.now();
+    const comparison = JSON.parse(await scene.compare_with_gpu(JSON.stringify(shaders)));
+    return { ...comparison, seconds: (performance.now() - begin) / 1000 };
+  },
+
+  lightmap: () => scene.encode_lightmap(),
+};
+
+self.onmessage = async ({ data: { act, call, ...content } }) => {
+  try {
+    const show = (phase, share) => self.postMessage({ call, phase, share });
+    self.postMessage({ call, answer: await acts[act](content, show) });
+  } catch (error) {
+    // After a fault of the program its memory cannot be trusted.
+    self.postMessage({ call, message: error.message ?? String(error), broken: error instanceof WebAssembly.RuntimeError });
+  }
+};

@@ -1,0 +1,97 @@
+//! Bindings of the page's worker.
+
+use crate::description::describe_scene;
+use crate::gpu_comparison::{LiveShader, compare_with_gpu};
+use crate::request::LiveRequest;
+use crate::solve::LiveScene;
+use common::Error;
+use common::file::keep_in_memory;
+use js_sys::Function;
+use oracle::solve::progress::ProgressMonitor;
+use std::ops::ControlFlow;
+use std::path::Path;
+use wasm_bindgen::prelude::{JsError, JsValue, wasm_bindgen};
+
+/// Gives the program a file.
+#[wasm_bindgen]
+pub fn give_file(name: &str, content: Vec<u8>) {
+    keep_in_memory(Path::new(name), Some(content));
+}
+
+/// Takes a file away.
+#[wasm_bindgen]
+pub fn take_file(name: &str) {
+    keep_in_memory(Path::new(name), None);
+}
+
+/// Lists the shaders that the page can change, as JSON.
+///
+/// Errors: none that is known.
+#[wasm_bindgen]
+pub fn list_shaders() -> Result<String, JsError> {
+    Ok(serde_json::to_string(&crate::gpu_comparison::list_shaders())?)
+}
+
+/// A scene that the page shows.
+#[wasm_bindgen]
+pub struct OpenScene(LiveScene);
+
+#[wasm_bindgen]
+impl OpenScene {
+    /// Opens a scene of the given files.
+    ///
+    /// Errors: one line for the reader.
+    #[wasm_bindgen(constructor)]
+    pub fn open(name: &str) -> Result<OpenScene, JsError> {
+        LiveScene::open(name).map(OpenScene).map_err(|error| explain(&error))
+    }
+
+    /// Describes the scene, as JSON.
+    ///
+    /// Errors: none that is known.
+    pub fn describe(&self) -> Result<String, JsError> {
+        Ok(serde_json::to_string(&describe_scene(self.0.scene()))?)
+    }
+
+    /// Solves what the request asks for; `show` receives a phase's name and its finished share. Returns JSON.
+    ///
+    /// Errors: one line for the reader.
+    pub fn solve(&mut self, request: &str, show: &Function) -> Result<String, JsError> {
+        let callback = |phase: &str, share: f64| {
+            // A report that fails shows nothing; the solve goes on.
+            let _ = show.call2(&JsValue::NULL, &phase.into(), &share.into());
+            ControlFlow::Continue(())
+        };
+        let request = LiveRequest::parse(request).map_err(|error| explain(&error))?;
+        let progress = ProgressMonitor::new(&callback);
+        let solve = self.0.solve(&request, &progress).map_err(|error| explain(&error))?;
+        Ok(serde_json::to_string(&solve)?)
+    }
+
+    /// Makes the latest solve again on the GPU; `shaders` is JSON. Returns JSON.
+    ///
+    /// Errors: one line for the reader.
+    pub async fn compare_with_gpu(&self, shaders: &str) -> Result<String, JsError> {
+        let shaders: Vec<LiveShader> = serde_json::from_str(shaders)?;
+        let compared = compare_with_gpu(&self.0, &shaders).await;
+        Ok(serde_json::to_string(&compared.map_err(|error| explain(&error))?)?)
+    }
+
+    /// Encodes the texels of the latest solve as OpenEXR.
+    ///
+    /// Errors: one line for the reader.
+    pub fn encode_lightmap(&self) -> Result<Vec<u8>, JsError> {
+        self.0.encode_lightmap().map_err(|error| explain(&error))
+    }
+
+    /// Estimates the error of the latest solve; none if that is impossible.
+    ///
+    /// Errors: one line for the reader.
+    pub fn estimate_error(&self) -> Result<Option<f64>, JsError> {
+        self.0.estimate_error().map_err(|error| explain(&error))
+    }
+}
+
+fn explain(error: &Error) -> JsError {
+    JsError::new(&error.to_string())
+}

@@ -1,0 +1,169 @@
+//! The latest solve made again on the browser's GPU, and compared with that of the CPU.
+
+use crate::first_shot::find_wrong_stage;
+use crate::solve::{LivePower, LiveScene};
+use common::energy::EnergyBalance;
+use common::mesh::Mesh;
+use common::shooting::{RadiosityField, Shot};
+use common::{Error, Result};
+use glam::DVec3;
+use gpu::shader_files::{SHADER_STAGES, ShaderFile, ShaderStage};
+use gpu::{Gpu, GpuSolver};
+use radiosity::report::view::interpolation::{CarriedLight, InterpolationSurface};
+use radiosity::report::viewer::{SceneViewer, ViewerLayer};
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// Files whose faults a solve shot by shot shows.
+const SHOT_SHADERS: [&str; 15] = [
+    "form_factor",
+    "frame",
+    "hemicube",
+    "projection",
+    "image_bound",
+    "item_buffer",
+    "lookup",
+    "bvh",
+    "rays",
+    "view",
+    "link",
+    "closure",
+    "deposit",
+    "unshot_power",
+    "select",
+];
+
+/// Relative RMS difference of B − E within which two solves of the same shots agree: roundings of 24 bits, and single texels
+/// whose sight ends at an edge.
+const AGREEING_DIFFERENCE: f64 = 1e-3;
+
+/// A shader that takes the place of the program's.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct LiveShader {
+    /// File name in `gpu/src/shaders`, without ending.
+    pub name: String,
+    /// The WGSL.
+    pub text: String,
+}
+
+/// A solve on the GPU beside that on the CPU.
+#[derive(Debug, Serialize)]
+pub struct GpuComparison {
+    /// Name of the adapter, as the browser tells it.
+    pub adapter: String,
+    /// Number of shots.
+    pub shots: usize,
+    /// Number of shots until the logs name different shooters; none if they never do.
+    pub first_other_shooter: Option<usize>,
+    /// Relative RMS difference of B − E from that of the CPU.
+    pub difference: f64,
+    /// True if that is within roundings.
+    pub agrees: bool,
+    /// Stage of the first shot that errs, where the solves differ; none if they agree, or the first shot does not show it.
+    pub wrong_stage: Option<&'static str>,
+    /// Powers of the GPU's solve.
+    pub power: LivePower,
+    /// The viewer of both solutions and their difference.
+    pub html: String,
+}
+
+/// Returns the shaders that a page can change, as they are.
+pub fn list_shaders() -> Vec<LiveShader> {
+    let shown = SHADER_STAGES.iter().filter(|stage| SHOT_SHADERS.contains(&stage.name));
+    let shaders = shown.map(|stage| LiveShader {
+        name: stage.name.to_owned(),
+        text: stage.text.to_owned(),
+    });
+    shaders.collect()
+}
+
+/// Makes the latest solve again on the GPU, with shaders of others in the place of the program's.
+///
+/// Errors: [`Error::Usage`] if nothing is solved yet; [`Error::NoAdapter`]; [`Error::Device`]; [`Error::Input`] of a shader that
+/// the device refuses; [`Error::Fault`] of two solves by the same engine.
+pub async fn compare_with_gpu(live: &LiveScene, shaders: &[LiveShader]) -> Result<GpuComparison> {
+    let Some((scene, solved, view)) = live.latest() else {
+        return Err(Error::Usage("nothing is solved yet".into()));
+    };
+    let mut files = Vec::new();
+    for LiveShader { name, text } in shaders {
+        let stage = ShaderStage::find(name)?.name;
+        files.push(ShaderFile::new(stage, Path::new(&format!("{name}.wgsl")), text.clone()));
+    }
+    let gpu = Gpu::request(None).await?.with_shader_files(files);
+    let (mesh, settings) = (&solved.mesh, &solved.settings);
+    let mut solver = GpuSolver::request(&gpu, mesh, &settings.transport).await?;
+    // A shader at fault may never come to the end.
+    let limit = 2 * solved.run.shots.len() + 100;
+    let mut done = 0;
+    let mut watch = |_: &Shot, _| {
+        done += 1;
+        match done >= limit {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    };
+    let run = solver.request_run(&settings.schedule, &mut watch).await?;
+    let cpu = &solved.run;
+    check_origins(&run.field, &cpu.field)?;
+    let surface = InterpolationSurface::new(scene, mesh);
+    let (camera, exposure) = view.to_parts();
+    let viewer = SceneViewer {
+        scene,
+        surface: &surface,
+        layers: vec![make_layer("GPU", mesh, &run.field), make_layer("CPU", mesh, &cpu.field)],
+        irradiance: true,
+        carried: CarriedLight::Irradiance,
+        texel_errors: None,
+        camera,
+        exposure,
+    };
+    let difference = relative_difference(mesh, &run.field, &cpu.field);
+    let wrong_stage = match difference <= AGREEING_DIFFERENCE {
+        true => None,
+        false => find_wrong_stage(&gpu, mesh, &settings.transport).await?,
+    };
+    let shooters = cpu.shots.iter().zip(&run.shots);
+    Ok(GpuComparison {
+        adapter: gpu.line.name.clone(),
+        shots: run.shots.len(),
+        first_other_shooter: shooters.into_iter().position(|(a, b)| a.patch != b.patch),
+        difference,
+        agrees: difference <= AGREEING_DIFFERENCE,
+        wrong_stage,
+        power: LivePower::of_balance(&EnergyBalance::new(mesh, &run.field, &run.shots)),
+        html: viewer.render_element().into_string(),
+    })
+}
+
+/// Checks that two fields are of two engines.
+///
+/// Errors: [`Error::Fault`], which names the one.
+pub fn check_origins(a: &RadiosityField, b: &RadiosityField) -> Result<()> {
+    match a.origin == b.origin {
+        true => Err(Error::Fault(format!("both solves are of {:?}", a.origin))),
+        false => Ok(()),
+    }
+}
+
+fn make_layer<'a>(name: &'a str, mesh: &'a Mesh, field: &'a RadiosityField) -> ViewerLayer<'a> {
+    ViewerLayer {
+        name,
+        mesh,
+        field: Some(field),
+    }
+}
+
+/// Returns the RMS over the area of the difference of two radiosities, relative to that of the second without emission.
+fn relative_difference(mesh: &Mesh, a: &RadiosityField, b: &RadiosityField) -> f64 {
+    let (mut difference, mut size) = (0.0, 0.0);
+    for ((texel, a), b) in mesh.texels.iter().zip(&a.radiosity).zip(&b.radiosity) {
+        let [a, b]: [DVec3; 2] = [a, b].map(|value| value.truncate().as_dvec3());
+        let area = f64::from(texel.area);
+        difference += area * (a - b).length_squared();
+        size += area * (b - texel.emission.as_dvec3()).length_squared();
+    }
+    (difference / size).sqrt()
+}

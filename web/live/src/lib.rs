@@ -1,0 +1,12 @@
+//! The live page's program: opens a scene, changes it, solves it shot by shot and renders the record. A browser runs it as
+//! WebAssembly, in a worker; the same functions run natively in tests.
+
+pub mod change;
+pub mod description;
+pub mod first_shot;
+pub mod gpu_comparison;
+pub mod request;
+pub mod solve;
+
+#[cfg(target_arch = "wasm32")]
+mod bindings;

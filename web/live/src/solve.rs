@@ -1,0 +1,201 @@
+//! A solve that is recorded and rendered for the page.
+
+use crate::change::change_scene;
+use crate::request::{LiveRequest, LiveView};
+use common::energy::EnergyBalance;
+use common::import::{ImportOptions, add_lamp, load_scene};
+use common::scene::Scene;
+use common::shooting::RadiosityField;
+use common::solution::write::encode_lightmap;
+use common::solution::{PhaseSeconds, Solution};
+use common::{Error, Result};
+use glam::{DVec3, Vec3};
+use oracle::solve::progress::ProgressMonitor;
+use oracle::solve::solved::Solved;
+use oracle::solve::solver::SolverChoice;
+use oracle::solve::task::SolveTask;
+use oracle::trace::task::{SolveRecord, TraceSlot, TracedScene};
+use radiosity::report::solution_view::RenderedPreview;
+use radiosity::report::trace::{TRACE_LIMITS, check_trace_limits, render_record};
+use serde::Serialize;
+use std::path::Path;
+
+/// Height of the lamp of a scene without light, as a share of the scene's.
+const LAMP_HEIGHT: f64 = 0.8;
+/// Its power per square of the scene's diagonal, W/m².
+const LAMP_EXITANCE: f64 = 10.0;
+
+/// A scene that the page shows, with its latest solve.
+pub struct LiveScene {
+    scene: Scene,
+    /// Latest solve, with its scene and its view.
+    latest: Option<(Scene, Solved, LiveView)>,
+}
+
+/// A recorded solve.
+#[derive(Debug, Serialize)]
+pub struct LiveSolve {
+    /// The record's element.
+    pub html: String,
+    /// Camera and exposure of its picture.
+    pub view: LiveView,
+    /// The solver that ran.
+    pub solver: String,
+    /// Number of shots.
+    pub shots: usize,
+    /// Emitted, absorbed, escaped and unshot power, summed over the channels, W.
+    pub power: LivePower,
+    /// CRC-32 of the bits of radiosity, residual and irradiance in the mesh's texel order.
+    pub checksum: String,
+}
+
+/// Powers of a solve, summed over the channels, W.
+#[derive(Debug, Serialize)]
+pub struct LivePower {
+    /// Emitted.
+    pub emitted: f64,
+    /// Absorbed by the surfaces.
+    pub absorbed: f64,
+    /// Escaped from the scene.
+    pub escaped: f64,
+    /// Not yet shot.
+    pub unshot: f64,
+    /// Emitted less the others: light that the form factors have lost (+) or made (−).
+    pub closure: f64,
+}
+
+impl LiveScene {
+    /// Opens a scene file, which must be in memory or in the file system. A scene without light gets a lamp.
+    ///
+    /// Errors: those of [`load_scene`].
+    pub fn open(name: &str) -> Result<Self> {
+        let mut scene = load_scene(Path::new(name), &ImportOptions::default())?;
+        if scene.faces.iter().all(|face| face.emission == Vec3::ZERO) && scene.sky.is_none() {
+            add_first_lamp(&mut scene)?;
+        }
+        Ok(Self { scene, latest: None })
+    }
+
+    /// Returns the scene as it was opened.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Returns the latest solve, with its scene and its view.
+    pub fn latest(&self) -> Option<&(Scene, Solved, LiveView)> {
+        self.latest.as_ref()
+    }
+
+    /// Solves the changed scene on the CPU shot by shot, and renders the record.
+    ///
+    /// Errors: the request's; those of the solve; [`Error::Interrupted`].
+    pub fn solve(&mut self, request: &LiveRequest, progress: &ProgressMonitor) -> Result<LiveSolve> {
+        let settings = request.to_settings()?;
+        let scene = change_scene(&self.scene, &request.changes)?;
+        let texels = scene.faces.len() as u64 * u64::from(request.texels).pow(2);
+        check_trace_limits(&scene.name, scene.faces.len() as u64, texels)?;
+        let slot = TraceSlot::new(TRACE_LIMITS);
+        let task = TracedScene {
+            scene: &scene,
+            record: SolveRecord::Shots(&slot),
+        };
+        let solved = task.solve_once(&settings, SolverChoice::Cpu, progress)?;
+        let trace = slot.take_trace()?;
+        let (mesh, run) = (&solved.mesh, &solved.run);
+        if run.shots.is_empty() {
+            return Err(Error::Usage(format!("{}: nothing shines: give it a lamp", scene.name)));
+        }
+        let view = request.view.unwrap_or_else(|| {
+            let preview = RenderedPreview::new(&scene, mesh, &run.field, None);
+            LiveView::new(preview.camera, preview.exposure)
+        });
+        let solution = Solution {
+            scene: &scene,
+            mesh,
+            solver: SolverChoice::Cpu.name(),
+            adapter: None,
+            settings: &settings,
+            run,
+            open: None,
+            certificate: None,
+            texel_error: None,
+            warnings: &[],
+            notes: &[],
+            matrix: None,
+            error: None,
+            relit: None,
+            seconds: PhaseSeconds::default(),
+        };
+        let html = render_record(&solution, &trace, view.to_parts());
+        let live = LiveSolve {
+            html,
+            view,
+            solver: SolverChoice::Cpu.name().to_owned(),
+            shots: run.shots.len(),
+            power: LivePower::of_balance(&EnergyBalance::new(mesh, &run.field, &run.shots)),
+            checksum: field_checksum(&run.field),
+        };
+        self.latest = Some((scene, solved, view));
+        Ok(live)
+    }
+
+    /// Encodes the texels of the latest solve as `lightmap.exr`.
+    ///
+    /// Errors: [`Error::Usage`] if there is none; those of [`encode_lightmap`].
+    pub fn encode_lightmap(&self) -> Result<Vec<u8>> {
+        let Some((scene, solved, _)) = &self.latest else {
+            return Err(Error::Usage("nothing is solved yet".into()));
+        };
+        encode_lightmap(&solved.mesh, &solved.run.field, scene.is_painted())
+    }
+
+    /// Estimates the relative RMS error of the latest solve; none if there is none or it cannot be estimated.
+    ///
+    /// Errors: those of the estimate.
+    pub fn estimate_error(&self) -> Result<Option<f64>> {
+        let Some((scene, solved, _)) = &self.latest else {
+            return Ok(None);
+        };
+        Ok(scene.estimate_error(solved)?.map(|estimate| estimate.error))
+    }
+}
+
+/// Adds a lamp above the middle of a scene without light, and a note.
+fn add_first_lamp(scene: &mut Scene) -> Result<()> {
+    let corners = || scene.faces.iter().flat_map(|face| face.corners);
+    let low = corners().fold(DVec3::INFINITY, DVec3::min);
+    let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let middle = (low + high) / 2.0;
+    let at = DVec3::new(middle.x, low.y + LAMP_HEIGHT * (high.y - low.y), middle.z);
+    let power = LAMP_EXITANCE * (high - low).length_squared();
+    let name = scene.name.clone();
+    add_lamp(scene, "lamp", at, power)
+        .map_err(|reason| Error::Usage(format!("{name} has no light, and a lamp {reason}")))?;
+    scene.notes.push("It has no light: a lamp hangs in the middle.".into());
+    Ok(())
+}
+
+impl LivePower {
+    /// Sums the powers of a balance over the channels.
+    pub fn of_balance(energy: &EnergyBalance) -> Self {
+        let sum = |power: [f64; 3]| power.iter().sum::<f64>();
+        Self {
+            emitted: sum(energy.emitted),
+            absorbed: sum(energy.absorbed),
+            escaped: sum(energy.escaped),
+            unshot: sum(energy.unshot),
+            closure: sum(energy.closure),
+        }
+    }
+}
+
+/// Returns the CRC-32 of a field's bits: radiosity, residual and irradiance.
+pub fn field_checksum(field: &RadiosityField) -> String {
+    let parts = [&field.radiosity, &field.residual, &field.irradiance];
+    let numbers = parts
+        .into_iter()
+        .flatten()
+        .flat_map(|value| value.truncate().to_array());
+    let bytes: Vec<u8> = numbers.flat_map(|x| x.to_bits().to_le_bytes()).collect();
+    common::file::file_checksum(&bytes)
+}
