@@ -12,5 +12,4 @@ pub mod merge;
 pub mod plan;
 pub mod relight;
 pub mod report;
-#[cfg(not(target_arch = "wasm32"))]
 pub mod studies;

@@ -113,6 +113,25 @@
     trace().querySelector("[data-what=error]").click();
     outcome.item_buffer = { what: trace().page.viewer.what, wrong: trace().page.viewer.largest_error() };
     await set("visibility", "rays", "estimated");
+    // A case of the failure atlas: its method, its exact answer, and what another method makes of it.
+    const tell_case = () => {
+      const { html, ...solved } = studio.live.solved;
+      return { ...solved, exact: studio.live.exact, note: studio.querySelector(".scene-note").textContent, told: told() };
+    };
+    await set("case", "closeness", "estimated");
+    const values = [...studio.querySelector("[name=value]").options].map((option) => Number(option.value));
+    const methods = [...studio.querySelector("[name=method]").options].map((option) => option.value);
+    const { value: first } = studio.querySelector("[name=method]");
+    outcome.cases = { count: studio.live.cases.length, values, methods, first, opened: tell_case() };
+    await set("value", "1", "estimated");
+    await set("method", "fine", "estimated");
+    outcome.cases.fine = tell_case();
+    await set("brightness", -1, "estimated");
+    outcome.cases.changed = tell_case();
+    await set("case", "open", "estimated");
+    outcome.cases.dense = tell_case();
+    await set("case", "", "estimated");
+    outcome.cases.left = { note: studio.querySelector(".scene-note").textContent, hidden: studio.querySelector(".of-case").hidden };
     // A long solve is stopped, and the page goes on.
     await set("texels", "48");
     await set("samples", "16");

@@ -3,12 +3,17 @@
 use super::browser::browser_for;
 use super::command::TestFolder;
 use common::file::keep_in_memory;
+use live::case::{ExactComparison, list_cases};
 use live::change::{GroupChange, change_scene};
 use live::gpu_comparison::{LiveShader, check_origins, compare_with_gpu, list_shaders};
 use live::request::LiveRequest;
 use live::solve::{LiveScene, LiveSolve};
 use oracle::solve::progress::without_progress;
 use pollster::block_on;
+use radiosity::studies::stress::cases::ALL_CASES;
+use radiosity::studies::stress::methods::{DISC, POLYGON, STEREOGRAPHIC};
+use radiosity::studies::stress::run::{MAX_SOLVE_SECONDS, run_method};
+use radiosity::studies::stress::trial::TruthCache;
 use serde_json::{Value, json};
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -195,6 +200,7 @@ fn live_page_solves_as_the_native_program() {
     check_pointed_texel(&outcome["pointed"]);
     check_changes(&outcome, &native);
     check_gpu(&outcome["gpu"], native.shots);
+    check_cases(&outcome["cases"]);
     assert_eq!(outcome["item_buffer"]["what"], "error");
     assert!(outcome["item_buffer"]["wrong"].as_f64().unwrap() > 0.01);
     assert!(outcome["stopped"]["milliseconds"].as_f64().unwrap() < 1000.0);
@@ -265,6 +271,92 @@ fn check_gpu(gpu: &Value, shots: usize) {
     let refused = gpu["refused"]["said"].as_str().unwrap();
     assert!(refused.contains("deposit.wgsl:13:1: expected"), "{refused}");
     assert_eq!(gpu["refused"]["viewers"], 0);
+}
+
+/// A case opens with the coarsest method, which fails; a fine one is safe at an easy value. What has no exact answer says so.
+fn check_cases(cases: &Value) {
+    assert_eq!(cases["count"], list_cases().len());
+    let values: Vec<f64> = serde_json::from_value(cases["values"].clone()).unwrap();
+    assert_eq!(values, [1.0, 0.1, 0.01, 1e-3, 1e-4, 1e-5]);
+    let methods = [
+        "fine",
+        "polygon",
+        "disc",
+        "stereographic",
+        "hemicube",
+        "hemisphere",
+        "paper",
+    ];
+    assert_eq!(cases["methods"], json!(methods));
+    assert_eq!(cases["first"], "paper");
+    let said = |name: &str, part: &str| cases[name][part].as_str().unwrap().to_owned();
+    let note = "closeness, gap / size = 0.001: 2 faces. Built to break: one point that stands for an area.";
+    assert_eq!(said("opened", "note"), note);
+    for (name, value, method, verdict) in [("opened", 1e-3, "paper", "fails"), ("fine", 1.0, "fine", "safe")] {
+        let native = solve_case("closeness", value, method);
+        assert_eq!(cases[name]["checksum"], native.0.checksum, "{name}");
+        assert_eq!(cases[name]["exact"]["verdict"], verdict, "{name}");
+        assert_eq!(cases[name]["exact"]["error"], native.1.unwrap().error, "{name}");
+        let told = said(name, "told");
+        let expected = format!("the atlas’s verdict: {verdict}.");
+        assert!(
+            told.contains("Exact answer (Lambert") && told.contains(&expected),
+            "{told}"
+        );
+    }
+    assert!(said("changed", "told").contains("Of a changed scene no exact answer is known."));
+    let told = said("dense", "told");
+    assert!(told.contains("the atlas compares with the dense solver"), "{told}");
+    assert!(cases["left"]["note"].as_str().unwrap().starts_with("cornell_box.obj"));
+    assert_eq!(cases["left"]["hidden"], true);
+}
+
+/// Solves a case natively as the page does when a method is chosen.
+fn solve_case(name: &str, value: f64, method: &str) -> (LiveSolve, Option<ExactComparison>) {
+    let mut live = LiveScene::open_case(name, value).unwrap();
+    let case = list_cases().into_iter().find(|case| case.name == name).unwrap();
+    let method = case.methods.iter().find(|own| own.name == method).unwrap();
+    let mut request: Value = serde_json::from_str(&first_request(json!([]), Value::Null)).unwrap();
+    request["texels"] = live.case().unwrap().texels.into();
+    for (name, value) in method.settings.as_object().unwrap() {
+        if !value.is_null() {
+            request[name] = value.clone();
+        }
+    }
+    let request = LiveRequest::parse(&request.to_string()).unwrap();
+    let solve = live.solve(&request, &without_progress()).unwrap();
+    (solve, live.compare_with_exact().unwrap())
+}
+
+#[test]
+fn cases_have_the_errors_of_the_failure_atlas() {
+    let cases = list_cases();
+    assert!(cases.len() > 30);
+    for case in &cases {
+        assert!(!case.methods.is_empty(), "{}", case.name);
+        let texels = |value| LiveScene::open_case(case.name, value).unwrap().case().unwrap().texels;
+        assert!(case.values.iter().all(|listed| texels(listed.value) > 0));
+    }
+    assert!(cases.iter().all(|case| case.name != "object-sunk"));
+    assert!(LiveScene::open_case("object", 1.0).is_err_and(|error| error.to_string().contains("no case")));
+    for (name, value, method) in [
+        ("closeness", 0.01, &POLYGON),
+        ("wall", 0.01, &STEREOGRAPHIC),
+        ("ties", 2.0, &DISC),
+    ] {
+        let (_, exact) = solve_case(name, value, method.name);
+        let case = ALL_CASES.iter().find(|case| case.name == name).unwrap();
+        let trial = (case.build)(value).unwrap();
+        let truth = TruthCache::default().truth_of(&trial).unwrap();
+        let (atlas, _) = run_method(&trial, method, None, &truth, (&|| false, MAX_SOLVE_SECONDS)).unwrap();
+        let exact = exact.unwrap();
+        assert_eq!(exact.verdict, case.measure.verdict_on(atlas.error), "{name}: {exact:?}");
+        assert!(
+            (exact.found - exact.exact).is_finite() && exact.exact >= 0.0,
+            "{exact:?}"
+        );
+    }
+    assert!(solve_case("open", 2.0, "polygon").1.is_none());
 }
 
 /// Files that are dropped: a scene without light gets a lamp, and others are refused in one line.

@@ -61,18 +61,18 @@ class Program {
     known.refuse(new Error(broken ? `The program failed: ${message}` : message));
   }
 
-  // Opens a scene of files and returns its description.
-  async open(name, files) {
-    this.files = { name, files };
+  // Opens a scene and returns its description.
+  async open(source) {
+    this.source = source;
     await this.started;
-    this.opened = this.call("open", this.files);
+    this.opened = this.call("open", source);
     return this.opened;
   }
 
   // Calls the program on the opened scene.
   async ask(act, content, show) {
     await this.started;
-    this.opened ??= this.call("open", this.files);
+    this.opened ??= this.call("open", this.source);
     await this.opened;
     return this.call(act, content, show);
   }
@@ -87,10 +87,13 @@ class LivePage {
     this.record = element.querySelector(".record");
     this.program = new Program(module);
     this.changes = new Map();
+    this.cases = [];
+    this.own_settings = null;
     this.view = null;
     this.verdict = element.querySelector(".verdict");
     this.listen();
     this.list_shaders();
+    this.list_cases();
     const asked = new URLSearchParams(location.search).get("scene");
     const { scene } = this.form.elements;
     if ([...scene.options].some((option) => option.value === asked)) scene.value = asked;
@@ -122,6 +125,9 @@ class LivePage {
   react({ name, files }) {
     const { lamp, surface } = this.form.elements;
     if (name === "scene") return this.choose_bundled();
+    if (name === "case") return this.choose_case();
+    if (name === "value") return this.open_case();
+    if (name === "method") this.set_method();
     if (name === "files") return this.choose_files([...files]);
     if (name === "lamp") return this.show_lamp();
     if (name === "surface") return this.show_surface();
@@ -130,33 +136,87 @@ class LivePage {
     return this.solve();
   }
 
+  // Fills the list of the cases that are built to break a method.
+  async list_cases() {
+    await this.program.started;
+    this.cases = await this.program.call("cases", {});
+    this.form.elements.case.append(...this.cases.map(({ name }) => new Option(name, name)));
+  }
+
+  // Returns the case whose scene is chosen; nothing if it is another scene.
+  chosen_case() {
+    return this.cases.find(({ name }) => name === this.form.elements.case.value);
+  }
+
+  // Opens a case in the middle of its values with the method at the end of its list, the coarsest.
+  async choose_case() {
+    const { elements } = this.form;
+    const chosen = this.chosen_case();
+    if (!chosen) return this.choose_bundled();
+    const { parameter, values, methods } = chosen;
+    this.own_settings ??= Object.fromEntries(Object.keys(methods[0].settings).map((name) => [name, elements[name].value]));
+    elements.value.replaceChildren(...values.map(({ value, text }) => new Option(`${parameter}: ${text}`, value)));
+    elements.value.selectedIndex = Math.floor(values.length / 2);
+    elements.method.replaceChildren(...methods.map(({ name }) => new Option(name, name)));
+    elements.method.selectedIndex = methods.length - 1;
+    return this.open_case();
+  }
+
+  async open_case() {
+    const { elements } = this.form;
+    this.show_case_controls();
+    return this.open({ name: elements.case.value, files: [], value: Number(elements.value.value) });
+  }
+
+  // Sets the controls to the settings of the chosen method.
+  set_method() {
+    const { elements } = this.form;
+    const chosen = this.chosen_case()?.methods.find(({ name }) => name === elements.method.value);
+    for (const [name, value] of Object.entries(chosen?.settings ?? {})) if (value !== null) elements[name].value = value;
+  }
+
+  show_case_controls() {
+    for (const label of this.element.querySelectorAll(".of-case")) label.hidden = !this.chosen_case();
+  }
+
+  // Returns to scenes of files, with the settings from before the first case.
+  leave_case() {
+    const { elements } = this.form;
+    elements.case.value = "";
+    for (const [name, value] of Object.entries(this.own_settings ?? {})) elements[name].value = value;
+    this.own_settings = null;
+    this.show_case_controls();
+  }
+
   async choose_bundled() {
+    this.leave_case();
     const name = this.form.elements.scene.value;
     const files = [".obj", ".mtl"].map(async (end) => {
       const answer = await fetch(`scenes/${name}${end}`);
       if (!answer.ok) throw new Error(`scenes/${name}${end} cannot be loaded`);
       return { name: `${name}${end}`, content: new Uint8Array(await answer.arrayBuffer()) };
     });
-    return this.open(`${name}.obj`, Promise.all(files));
+    return this.open({ name: `${name}.obj`, files: Promise.all(files) });
   }
 
   async choose_files(files) {
     const scene = files.find((file) => SCENE_NAME.test(file.name));
     if (!scene) return this.show_failure("None of these files is a scene: give an .obj, a .glb or a .gltf.");
+    this.leave_case();
     const contents = files.map(async (file) => ({ name: file.name, content: new Uint8Array(await file.arrayBuffer()) }));
-    return this.open(scene.name, Promise.all(contents));
+    return this.open({ name: scene.name, files: Promise.all(contents) });
   }
 
   // Opens a scene, fills the controls with what it has, and solves it.
-  async open(name, contents) {
+  async open(source) {
     const turn = (this.turn = (this.turn ?? 0) + 1);
     if (this.running) this.program.end();
     this.wanted = false;
     this.set_state("opening");
     try {
-      const files = await contents;
+      const files = await source.files;
       if (turn !== this.turn) return;
-      const scene = await this.program.open(name, files);
+      const scene = await this.program.open({ ...source, files });
       if (turn !== this.turn) return;
       this.scene = scene;
     } catch (error) {
@@ -181,8 +241,14 @@ class LivePage {
     const most = Math.sqrt(FIRST_TEXELS / scene.faces);
     form.elements.texels.value = Math.min(8, Math.max(1, Math.floor(most)));
     form.elements.patches.value = scene.faces > 200 ? 1 : 2;
+    const chosen = this.chosen_case();
+    if (chosen) {
+      form.elements.texels.value = scene.texels;
+      this.set_method();
+    }
     const note = this.element.querySelector(".scene-note");
-    note.textContent = `${scene.name}: ${scene.faces} faces. ${scene.notes.join(" ")}`;
+    const weakness = chosen ? [`Built to break: ${chosen.weakness}.`] : [];
+    note.textContent = [`${scene.name}: ${scene.faces} ${scene.faces === 1 ? "face" : "faces"}.`, ...weakness, ...scene.notes].join(" ");
     this.show_lamp();
     this.show_surface();
   }
@@ -285,9 +351,24 @@ class LivePage {
     this.button("compare").disabled = !navigator.gpu;
     this.forget_comparison(navigator.gpu ? "" : "This browser has no WebGPU, so only the CPU runs here.");
     if (this.wanted) return;
+    const answer = await this.tell_exact();
+    if (answer) this.tell(answer);
     const error = await this.program.ask("estimate", {});
-    this.tell(error === null ? "" : ` Estimated error: ${percent(error)}.`);
+    this.tell(`${answer}${error === null ? "" : ` Estimated error: ${percent(error)}.`}`);
     this.set_state("estimated");
+  }
+
+  // Returns the solve of a case beside its exact answer, in words; nothing of other scenes.
+  async tell_exact() {
+    const chosen = this.chosen_case();
+    if (!chosen) return "";
+    const exact = await this.program.ask("exact", {});
+    this.exact = exact;
+    if (!exact && this.changes.size > 0) return " Of a changed scene no exact answer is known.";
+    if (!exact) return ` No exact answer is known: the atlas compares with ${chosen.truth}.`;
+    const light = (mean) => `${number(Number(mean.toPrecision(4)))} W/m²`;
+    return ` Exact answer (${chosen.truth}): B − E is ${light(exact.exact)} in the mean, and ${light(exact.found)} was found. Error ` +
+      `(${exact.measure}): ${exact.error}; the atlas’s verdict: ${exact.verdict}.`;
   }
 
   // Says what ran and what came out.

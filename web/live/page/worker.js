@@ -1,6 +1,6 @@
 // Runs the program for live.js: one answer to each message, and reports of progress in between.
 
-import start, { OpenScene, give_file, list_shaders, take_file } from "./program.js";
+import start, { OpenScene, give_file, list_cases, list_shaders, take_file } from "./program.js";
 
 let scene = null;
 let given = [];
@@ -8,14 +8,14 @@ let given = [];
 const acts = {
   start: ({ module }) => start({ module_or_path: module }).then(() => null),
 
-  // Opens a scene of files, which take the place of those before.
-  open({ name, files }) {
+  // Opens a scene of files, which take the place of those before, or the case of that name at a value of its parameter.
+  open({ name, files, value }) {
     scene?.free();
     scene = null;
     given.forEach(take_file);
     given = files.map((file) => file.name);
     for (const file of files) give_file(file.name, file.content);
-    scene = new OpenScene(name);
+    scene = value === undefined ? new OpenScene(name) : OpenScene.open_case(name, value);
     return JSON.parse(scene.describe());
   },
 
@@ -26,6 +26,10 @@ const acts = {
   },
 
   estimate: () => scene.estimate_error() ?? null,
+
+  exact: () => JSON.parse(scene.compare_with_exact()),
+
+  cases: () => JSON.parse(list_cases()),
 
   shaders: () => JSON.parse(list_shaders()),
 

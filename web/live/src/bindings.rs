@@ -32,6 +32,14 @@ pub fn list_shaders() -> Result<String, JsError> {
     Ok(serde_json::to_string(&crate::gpu_comparison::list_shaders())?)
 }
 
+/// Lists the cases of the failure atlas, as JSON.
+///
+/// Errors: none that is known.
+#[wasm_bindgen]
+pub fn list_cases() -> Result<String, JsError> {
+    Ok(serde_json::to_string(&crate::case::list_cases())?)
+}
+
 /// A scene that the page shows.
 #[wasm_bindgen]
 pub struct OpenScene(LiveScene);
@@ -46,11 +54,20 @@ impl OpenScene {
         LiveScene::open(name).map(OpenScene).map_err(|error| explain(&error))
     }
 
+    /// Opens the scene of a case of the failure atlas at a value of its parameter.
+    ///
+    /// Errors: one line for the reader.
+    pub fn open_case(name: &str, value: f64) -> Result<OpenScene, JsError> {
+        LiveScene::open_case(name, value)
+            .map(OpenScene)
+            .map_err(|error| explain(&error))
+    }
+
     /// Describes the scene, as JSON.
     ///
     /// Errors: none that is known.
     pub fn describe(&self) -> Result<String, JsError> {
-        Ok(serde_json::to_string(&describe_scene(self.0.scene()))?)
+        Ok(serde_json::to_string(&describe_scene(&self.0))?)
     }
 
     /// Solves what the request asks for; `show` receives a phase's name and its finished share. Returns JSON.
@@ -82,6 +99,14 @@ impl OpenScene {
     /// Errors: one line for the reader.
     pub fn encode_lightmap(&self) -> Result<Vec<u8>, JsError> {
         self.0.encode_lightmap().map_err(|error| explain(&error))
+    }
+
+    /// Compares the latest solve with the exact answer, as JSON; `null` if there is none.
+    ///
+    /// Errors: one line for the reader.
+    pub fn compare_with_exact(&self) -> Result<String, JsError> {
+        let compared = self.0.compare_with_exact().map_err(|error| explain(&error))?;
+        Ok(serde_json::to_string(&compared)?)
     }
 
     /// Estimates the error of the latest solve; none if that is impossible.

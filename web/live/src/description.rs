@@ -1,6 +1,7 @@
 //! Description of a scene for the page's controls.
 
-use common::scene::{Face, Scene};
+use crate::solve::LiveScene;
+use common::scene::Face;
 use glam::{DVec3, Vec3};
 use serde::Serialize;
 
@@ -11,6 +12,8 @@ pub struct SceneDescription {
     pub name: String,
     /// Number of faces.
     pub faces: usize,
+    /// Texels per side of a face in the failure atlas; none if the scene is no case of it.
+    pub texels: Option<u32>,
     /// Lowest and highest corner of its box.
     pub bounds: [[f64; 3]; 2],
     /// Faces by name, in file order.
@@ -35,7 +38,8 @@ pub struct FaceGroup {
 }
 
 /// Describes a scene.
-pub fn describe_scene(scene: &Scene) -> SceneDescription {
+pub fn describe_scene(live: &LiveScene) -> SceneDescription {
+    let scene = live.scene();
     let mut names: Vec<&str> = Vec::new();
     for face in &scene.faces {
         if !names.contains(&face.name.as_str()) {
@@ -49,6 +53,7 @@ pub fn describe_scene(scene: &Scene) -> SceneDescription {
     SceneDescription {
         name: scene.name.clone(),
         faces: scene.faces.len(),
+        texels: live.case().map(|case| case.texels),
         bounds: face_bounds(scene.faces.iter()),
         groups: groups.collect(),
         notes: scene.notes.clone(),

@@ -1,6 +1,7 @@
 //! The live page's program: opens a scene, changes it, solves it shot by shot and renders the record. A browser runs it as
 //! WebAssembly, in a worker; the same functions run natively in tests.
 
+pub mod case;
 pub mod change;
 pub mod description;
 pub mod first_shot;

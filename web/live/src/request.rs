@@ -9,6 +9,7 @@ use common::{Error, Result};
 use radiosity::report::picture::Exposure;
 use radiosity::report::view::camera::Camera;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 /// Maximum texels and patches per side of a face, samples, and pixels per side of an item buffer.
 const MAX_COUNTS: [(&str, u32); 4] = [("texels", 64), ("patches", 16), ("samples", 16), ("pixels", 1024)];
@@ -78,6 +79,19 @@ impl LiveView {
         };
         (camera, exposure)
     }
+}
+
+/// Returns the settings as values of a request, by their names there.
+pub fn name_settings(settings: &Settings) -> Value {
+    let Settings { meshing, transport, .. } = settings;
+    let drawing = transport.visibility.item_buffer();
+    json!({
+        "patches": meshing.patches,
+        "samples": meshing.samples,
+        "visibility": transport.visibility.name(),
+        "pixels": drawing.map(|drawing| drawing.size),
+        "form_factor": transport.form_factor,
+    })
 }
 
 impl LiveRequest {

@@ -1,5 +1,6 @@
 //! A solve that is recorded and rendered for the page.
 
+use crate::case::{ExactComparison, OpenedCase};
 use crate::change::change_scene;
 use crate::request::{LiveRequest, LiveView};
 use common::energy::EnergyBalance;
@@ -28,6 +29,10 @@ const LAMP_EXITANCE: f64 = 10.0;
 /// A scene that the page shows, with its latest solve.
 pub struct LiveScene {
     scene: Scene,
+    /// The case of the failure atlas whose scene it is.
+    case: Option<OpenedCase>,
+    /// True if the latest solve is of a changed scene.
+    is_changed: bool,
     /// Latest solve, with its scene and its view.
     latest: Option<(Scene, Solved, LiveView)>,
 }
@@ -73,7 +78,30 @@ impl LiveScene {
         if scene.faces.iter().all(|face| face.emission == Vec3::ZERO) && scene.sky.is_none() {
             add_first_lamp(&mut scene)?;
         }
-        Ok(Self { scene, latest: None })
+        Ok(Self {
+            scene,
+            case: None,
+            is_changed: false,
+            latest: None,
+        })
+    }
+
+    /// Opens the scene of a case of the failure atlas at a value of its parameter.
+    ///
+    /// Errors: those of [`OpenedCase::build`].
+    pub fn open_case(name: &str, value: f64) -> Result<Self> {
+        let (case, scene) = OpenedCase::build(name, value)?;
+        Ok(Self {
+            scene,
+            case: Some(case),
+            is_changed: false,
+            latest: None,
+        })
+    }
+
+    /// Returns the case of the failure atlas whose scene it is.
+    pub fn case(&self) -> Option<&OpenedCase> {
+        self.case.as_ref()
     }
 
     /// Returns the scene as it was opened.
@@ -136,6 +164,7 @@ impl LiveScene {
             checksum: field_checksum(&run.field),
         };
         self.latest = Some((scene, solved, view));
+        self.is_changed = !request.changes.is_empty();
         Ok(live)
     }
 
@@ -147,6 +176,17 @@ impl LiveScene {
             return Err(Error::Usage("nothing is solved yet".into()));
         };
         encode_lightmap(&solved.mesh, &solved.run.field, scene.is_painted())
+    }
+
+    /// Compares the latest solve with the exact answer; none if there is none: of a file, of a changed scene, or where the
+    /// failure atlas compares with another solver.
+    ///
+    /// Errors: those of [`OpenedCase::compare_with_exact`].
+    pub fn compare_with_exact(&self) -> Result<Option<ExactComparison>> {
+        match (&self.case, &self.latest) {
+            (Some(case), Some((_, solved, _))) if !self.is_changed => case.compare_with_exact(solved),
+            _ => Ok(None),
+        }
     }
 
     /// Estimates the relative RMS error of the latest solve; none if there is none or it cannot be estimated.

@@ -10,9 +10,13 @@
 
 pub mod cases;
 pub mod methods;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod page;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod random;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod run;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod summary;
 pub mod trial;
 
@@ -162,6 +166,7 @@ impl SolverSide {
     }
 
     /// Formats its error.
+    #[cfg(not(target_arch = "wasm32"))]
     fn format_error(&self, measure: ErrorMeasure) -> String {
         match self.error {
             Some(error) => measure.format_error(error),
@@ -288,7 +293,7 @@ impl CaseStudy {
 }
 
 /// Formats a value of a parameter in all its digits, which are few.
-fn format_value(x: f64) -> String {
+pub fn format_value(x: f64) -> String {
     let is_small = x != 0.0 && x.abs() < 1e-3;
     if is_small { format!("{x:e}") } else { x.to_string() }
 }

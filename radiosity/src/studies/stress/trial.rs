@@ -113,8 +113,19 @@ impl Trial {
         }
     }
 
+    /// Returns the exact answer, B − E of every texel in face order, W/m²; none if the truth is a solver's or a path tracer's.
+    pub fn exact_answer(&self) -> Option<Vec<DVec3>> {
+        let all = self.scene.faces.len() * texel_count([self.texels; 2]) as usize;
+        match &self.truth {
+            TrialTruth::Direct(occluders) => Some(direct_light::reflected_direct(&self.scene, self.texels, occluders)),
+            TrialTruth::Constant(value) => Some(vec![*value; all]),
+            TrialTruth::Dark => Some(vec![DVec3::ZERO; all]),
+            TrialTruth::Dense(_) | TrialTruth::Traced(..) => None,
+        }
+    }
+
     /// Returns the area of each texel, 0 if it is not judged.
-    fn judged_areas(&self) -> Vec<f64> {
+    pub fn judged_areas(&self) -> Vec<f64> {
         let resolution = [self.texels; 2];
         let texels = |(k, face)| {
             let judged = self.judged.contains(&k);
@@ -150,23 +161,20 @@ impl TruthCache {
     /// Computes the truth of a trial. Errors: the dense solver fails.
     pub fn truth_of(&mut self, trial: &Trial) -> Result<Vec<DVec3>> {
         let all = trial.scene.faces.len() * texel_count([trial.texels; 2]) as usize;
-        Ok(match &trial.truth {
-            _ if all == 0 => Vec::new(),
-            TrialTruth::Direct(occluders) => direct_light::reflected_direct(&trial.scene, trial.texels, occluders),
-            TrialTruth::Constant(value) => vec![*value; all],
-            TrialTruth::Dark => vec![DVec3::ZERO; all],
-            TrialTruth::Traced(values, _) => values.clone(),
-            TrialTruth::Dense(scene) => {
-                let key = format!("{} {scene:?}", trial.texels);
-                let mut values = match self.dense.take() {
-                    Some((known, values)) if known == key => values,
-                    _ => dense_truth(scene, trial.texels, 2)?,
-                };
-                self.dense = Some((key, values.clone()));
-                values.resize(all, DVec3::ZERO);
-                values
-            }
-        })
+        let scene = match &trial.truth {
+            _ if all == 0 => return Ok(Vec::new()),
+            TrialTruth::Traced(values, _) => return Ok(values.clone()),
+            TrialTruth::Dense(scene) => scene,
+            _ => return Ok(trial.exact_answer().unwrap_or_default()),
+        };
+        let key = format!("{} {scene:?}", trial.texels);
+        let mut values = match self.dense.take() {
+            Some((known, values)) if known == key => values,
+            _ => dense_truth(scene, trial.texels, 2)?,
+        };
+        self.dense = Some((key, values.clone()));
+        values.resize(all, DVec3::ZERO);
+        Ok(values)
     }
 }
 

@@ -1,10 +1,11 @@
 //! Shapes that the cases are built of: squares, lamps, boxes. z points up.
 
 use common::Result;
+use common::file::keep_in_memory;
 use common::import::{ImportOptions, load_scene};
 use common::scene::{Face, Scene};
-use common::solution::write_files;
 use glam::{DQuat, DVec3, Vec3};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Makes a parallelogram from `corner` along `u` and `v` that faces u × v; grey, not emitting.
@@ -116,16 +117,18 @@ pub fn tilt_faces(faces: Vec<Face>) -> Vec<Face> {
     move_faces(faces, |p| turn * p)
 }
 
-/// Imports an OBJ text; `mtl` is its m.mtl. Errors: the import fails, or no temporary file can be
-/// written.
+/// Imports an OBJ text; `mtl` is its m.mtl. Errors: the import fails.
 pub fn import_text(obj: &str, mtl: &str) -> Result<Scene> {
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let number = COUNT.fetch_add(1, Ordering::Relaxed);
-    let folder = std::env::temp_dir().join(format!("radiosity-stress-{}-{number}", std::process::id()));
-    let path = folder.join("case.obj");
-    let read = write_files(&folder, [("m.mtl", mtl), ("case.obj", obj)])
-        .and_then(|()| load_scene(&path, &ImportOptions::default()));
-    // A folder that cannot be removed stays in the temporary folder.
-    let _ = std::fs::remove_dir_all(&folder);
+    let folder = PathBuf::from(format!("case-{number}"));
+    let files = [("m.mtl", mtl), ("case.obj", obj)].map(|(name, text)| (folder.join(name), text));
+    for (path, text) in &files {
+        keep_in_memory(path, Some(text.as_bytes().to_vec()));
+    }
+    let read = load_scene(&files[1].0, &ImportOptions::default());
+    for (path, _) in &files {
+        keep_in_memory(path, None);
+    }
     read
 }
