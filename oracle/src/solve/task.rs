@@ -91,6 +91,19 @@ impl SolveTask for Scene {
     }
 }
 
+/// Makes the mesh of a solve by shooting: its texels, its patches, and the light from outside.
+///
+/// Errors: those of [`common::mesh::Mesh::new`] and of [`receive_sky`]; [`common::Error::Interrupted`].
+pub fn prepare_mesh(scene: &Scene, settings: &Settings, progress: &ProgressMonitor) -> Result<Mesh> {
+    let mesh = progress.time_phase("prepare", || {
+        sampled_mesh_until(scene, &settings.meshing, &is_interrupted)
+    });
+    let mut mesh = mesh.inspect_err(|_| progress.mark_stopped())?;
+    let mut callback = step_progress(progress, "light from outside");
+    progress.time_phase("prepare", || receive_sky(scene, &mut mesh, SKY_ERROR, &mut callback))?;
+    Ok(mesh)
+}
+
 /// Solves a scene by shooting: makes its mesh and its engine, and lets `run` run the engine.
 ///
 /// Errors: those of the mesh, the engine and `run`; [`common::Error::Interrupted`].
@@ -101,12 +114,7 @@ pub fn solve_by_shooting(
     progress: &ProgressMonitor,
     run: impl FnOnce(&mut dyn Engine, &Mesh, ProgressCallback) -> Result<SolveRun>,
 ) -> Result<Solved> {
-    let mesh = progress.time_phase("prepare", || {
-        sampled_mesh_until(scene, &settings.meshing, &is_interrupted)
-    });
-    let mut mesh = mesh.inspect_err(|_| progress.mark_stopped())?;
-    let mut callback = step_progress(progress, "light from outside");
-    progress.time_phase("prepare", || receive_sky(scene, &mut mesh, SKY_ERROR, &mut callback))?;
+    let mesh = prepare_mesh(scene, settings, progress)?;
     let mut engine = progress.time_phase("prepare", || solver.create_engine(&mesh, &settings.transport))?;
     let one_by_one = settings.schedule.iteration != Iteration::Southwell && !engine.transfer_fits();
     let run = progress.time_phase("solve", || {

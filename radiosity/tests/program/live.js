@@ -132,15 +132,27 @@
     outcome.cases.dense = tell_case();
     await set("case", "", "estimated");
     outcome.cases.left = { note: studio.querySelector(".scene-note").textContent, hidden: studio.querySelector(".of-case").hidden };
-    // A long solve is stopped, and the page goes on.
-    await set("texels", "48");
+    // A long solve is stopped: its record has the shots so far, the GPU makes as many, and the page goes on.
+    await set("texels", "40");
+    await set("samples", "4");
+    await until("solving");
+    await wait(2500);
+    studio.querySelector("[data-do=stop]").click();
+    const last_words = told();
+    let frames = 0;
+    const count_frame = () => { frames += 1; if (studio.dataset.state === "solving") view.requestAnimationFrame(count_frame); };
+    count_frame();
+    await until("stopped");
+    const { html: partial, ...stopped } = studio.live.solved;
+    outcome.stopped = { ...stopped, last_words, frames, shown: trace().page.last, told: told(), energy: trace().querySelector(".trace-panels").textContent };
+    outcome.stopped.gpu = await verdict();
+    // What does not answer is ended by a second wish.
     await set("samples", "16");
     await until("solving");
-    await wait(1500);
-    const begun = performance.now();
+    studio.querySelector("[data-do=stop]").click();
     studio.querySelector("[data-do=stop]").click();
     await until("stopped");
-    outcome.stopped = { milliseconds: performance.now() - begun, told: told() };
+    outcome.ended = { told: told(), lightmap: studio.querySelector("[data-do=lightmap]").disabled };
     await set("samples", "1");
     await set("texels", "8", "estimated");
     outcome.resumed = state();

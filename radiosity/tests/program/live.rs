@@ -18,6 +18,7 @@ use serde_json::{Value, json};
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::mpsc::{Sender, channel};
@@ -64,7 +65,11 @@ fn open_bundled(scene: &str) -> LiveScene {
 fn solve_natively(scene: &str, changes: Value, view: Value) -> LiveSolve {
     let mut live = open_bundled(scene);
     let request = LiveRequest::parse(&first_request(changes, view)).unwrap();
-    live.solve(&request, &without_progress()).unwrap()
+    solve_whole(&mut live, &request)
+}
+
+fn solve_whole(live: &mut LiveScene, request: &LiveRequest) -> LiveSolve {
+    block_on(live.solve(request, &without_progress(), async |_| ControlFlow::Continue(()))).unwrap()
 }
 
 /// Returns the page's first request of a scene of few faces.
@@ -203,7 +208,7 @@ fn live_page_solves_as_the_native_program() {
     check_cases(&outcome["cases"]);
     assert_eq!(outcome["item_buffer"]["what"], "error");
     assert!(outcome["item_buffer"]["wrong"].as_f64().unwrap() > 0.01);
-    assert!(outcome["stopped"]["milliseconds"].as_f64().unwrap() < 1000.0);
+    check_stop(&outcome);
     assert_eq!(outcome["resumed"]["checksum"], native.checksum);
     check_files(&outcome);
     assert_eq!(outcome["phone"]["state"], "estimated");
@@ -273,6 +278,64 @@ fn check_gpu(gpu: &Value, shots: usize) {
     assert_eq!(gpu["refused"]["viewers"], 0);
 }
 
+/// A solve that is stopped shows its first shots, and the GPU makes the same.
+fn check_stop(outcome: &Value) {
+    let stopped = &outcome["stopped"];
+    let shots = stopped["shots"].as_u64().unwrap();
+    assert_eq!(stopped["last_words"], "Stopping after this shot …");
+    assert!(stopped["frames"].as_u64().unwrap() > 1, "{stopped}");
+    assert_eq!(stopped["stopped"], true);
+    assert_eq!(stopped["shown"], shots);
+    let power = |part: &str| stopped["power"][part].as_f64().unwrap();
+    let unshot = power("unshot") / power("emitted");
+    assert!((0.001..1.0).contains(&unshot), "{unshot}");
+    let told = stopped["told"].as_str().unwrap();
+    assert!(told.starts_with(&format!("Stopped after {shots} shot")), "{told}");
+    assert!(told.contains(" % unshot. CPU"), "{told}");
+    assert!(stopped["energy"].as_str().unwrap().contains("unshot"), "{stopped}");
+    assert_eq!(stopped["gpu"]["tone"], "verdict agree", "{stopped}");
+    assert_eq!(stopped["gpu"]["shots"], shots);
+    assert_eq!(
+        outcome["ended"]["told"],
+        "Ended: the record is that of the solve before."
+    );
+    assert_eq!(outcome["ended"]["lightmap"], true);
+}
+
+#[test]
+fn stopped_solve_has_the_first_shots_of_the_whole() {
+    let request = LiveRequest::parse(&first_request(json!([]), Value::Null)).unwrap();
+    let solve = |most: usize| {
+        let mut live = open_bundled("cornell_box");
+        let mut slices = 0;
+        let pause = async |share: f64| {
+            assert!((0.0..=1.0).contains(&share));
+            slices += 1;
+            match slices < most {
+                true => ControlFlow::Continue(()),
+                false => ControlFlow::Break(()),
+            }
+        };
+        let solve = block_on(live.solve(&request, &without_progress(), pause)).unwrap();
+        let shots = live.latest().unwrap().1.run.shots.clone();
+        let schedule = live.latest().unwrap().1.settings.schedule;
+        (solve, shots, schedule)
+    };
+    let (whole, all, _) = solve(usize::MAX);
+    let (part, first, schedule) = solve(1);
+    assert!(!whole.stopped && part.stopped);
+    assert!(
+        !first.is_empty() && first.len() < all.len(),
+        "{} of {}",
+        first.len(),
+        all.len()
+    );
+    assert_eq!(first, all[..first.len()]);
+    assert_eq!(schedule.max_shots as usize, first.len());
+    assert!(part.power.unshot > whole.power.unshot);
+    assert!(part.html.contains("was interrupted after"));
+}
+
 /// A case opens with the coarsest method, which fails; a fine one is safe at an easy value. What has no exact answer says so.
 fn check_cases(cases: &Value) {
     assert_eq!(cases["count"], list_cases().len());
@@ -324,7 +387,7 @@ fn solve_case(name: &str, value: f64, method: &str) -> (LiveSolve, Option<ExactC
         }
     }
     let request = LiveRequest::parse(&request.to_string()).unwrap();
-    let solve = live.solve(&request, &without_progress()).unwrap();
+    let solve = solve_whole(&mut live, &request);
     (solve, live.compare_with_exact().unwrap())
 }
 
@@ -427,7 +490,7 @@ fn gpu_agrees_and_a_changed_shader_is_named_by_its_stage() {
         block_on(compare_with_gpu(&scene, &[])).is_err_and(|error| error.to_string().contains("nothing is solved"))
     );
     let request = LiveRequest::parse(&first_request(json!([]), Value::Null)).unwrap();
-    scene.solve(&request, &without_progress()).unwrap();
+    solve_whole(&mut scene, &request);
     let own = block_on(compare_with_gpu(&scene, &[])).unwrap();
     assert!(own.agrees && own.wrong_stage.is_none(), "{}", own.difference);
     let field = &scene.latest().unwrap().1.run.field;

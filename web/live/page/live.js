@@ -1,7 +1,9 @@
 // The live page: its controls, the worker that solves, and the record of the latest solve.
 
-// A running solve that is no longer wanted may come to its end within this time; a longer one is ended.
+// A running solve that is no longer wanted may come to its end within this time; a longer one is stopped.
 const PATIENCE_MILLISECONDS = 700;
+// The worker is ended if it has not received a stop after this time: it receives none within a shot, or while it makes texels.
+const STOP_MILLISECONDS = 5000;
 // Texels that a scene begins with at most, so that its first solve takes a moment.
 const FIRST_TEXELS = 20000;
 // Names of files that hold a scene.
@@ -27,6 +29,13 @@ class Program {
     this.opened = null;
   }
 
+  // Stops the running solve, whose answer is then what it has done; ends the worker if that takes longer than `patience`.
+  async stop(patience) {
+    const timer = setTimeout(() => this.end(), patience);
+    await this.call("stop", {}).catch(() => null);
+    clearTimeout(timer);
+  }
+
   // Ends what runs; what was opened is opened again when it is needed.
   end() {
     this.worker.terminate();
@@ -48,10 +57,10 @@ class Program {
     });
   }
 
-  receive({ call, answer, phase, share, message, broken }) {
+  receive({ call, answer, share, message, broken }) {
     const known = this.calls.get(call);
     if (!known) return;
-    if (phase !== undefined) return known.show?.(phase, share);
+    if (share !== undefined) return known.show?.(share);
     this.calls.delete(call);
     if (message === undefined) return known.accept(answer);
     if (broken) {
@@ -319,7 +328,7 @@ class LivePage {
     if (!this.scene) return;
     this.wanted = true;
     if (this.running) {
-      if (performance.now() - this.begun > PATIENCE_MILLISECONDS) this.program.end();
+      if (performance.now() - this.begun > PATIENCE_MILLISECONDS) this.program.stop(PATIENCE_MILLISECONDS);
       return;
     }
     this.running = true;
@@ -328,7 +337,9 @@ class LivePage {
       this.begun = performance.now();
       await this.solve_once().catch((error) => {
         if (!(error instanceof Ended)) this.show_failure(error.message);
+        else if (!this.wanted) this.show_end();
       });
+      this.stopping = false;
     }
     this.running = false;
     this.button("stop").disabled = true;
@@ -339,7 +350,7 @@ class LivePage {
     this.set_state("solving");
     if (!this.solved) this.outcome.textContent = "Solving …";
     this.button("stop").disabled = false;
-    const show = (phase, share) => { this.bar.value = share; };
+    const show = (share) => { this.bar.value = share; };
     const solve = await this.program.ask("solve", { request: this.request() }, show);
     this.view = solve.view;
     await this.show_record(solve.html);
@@ -347,10 +358,10 @@ class LivePage {
     this.tell("");
     for (const name of ["reset", "picture", "lightmap"]) this.button(name).disabled = false;
     this.element.dataset.checksum = solve.checksum;
-    this.set_state("solved");
+    this.set_state(solve.stopped ? "stopped" : "solved");
     this.button("compare").disabled = !navigator.gpu;
     this.forget_comparison(navigator.gpu ? "" : "This browser has no WebGPU, so only the CPU runs here.");
-    if (this.wanted) return;
+    if (this.wanted || solve.stopped) return;
     const answer = await this.tell_exact();
     if (answer) this.tell(answer);
     const error = await this.program.ask("estimate", {});
@@ -373,11 +384,12 @@ class LivePage {
 
   // Says what ran and what came out.
   tell(end) {
-    const { shots, seconds, power, checksum, solver } = this.solved;
+    const { shots, stopped, seconds, power, checksum, solver } = this.solved;
     const by = { cpu: "CPU, in WebAssembly with one thread" }[solver];
     const share = (part) => percent(share_of(part, power.emitted));
+    const start = stopped ? `Stopped after ${shots} ${shots === 1 ? "shot" : "shots"}, ${share(power.unshot)} unshot. ` : "";
     this.outcome.textContent =
-      `${by}: ${shots} shots in ${number(Number(seconds.toPrecision(3)))} s. Of ${watts(power.emitted)} emitted, ${share(power.absorbed)} is absorbed, ` +
+      `${start}${by}: ${shots} shots in ${number(Number(seconds.toPrecision(3)))} s. Of ${watts(power.emitted)} emitted, ${share(power.absorbed)} is absorbed, ` +
       `${share(power.escaped)} has escaped, ${share(power.unshot)} is unshot; closure (what the form factors lose) ${share(power.closure)}.` +
       `${end} Checksum of B, r and H: ${checksum}.`;
   }
@@ -479,11 +491,21 @@ class LivePage {
     this.say_verdict("", text);
   }
 
+  // Stops the solve: the record is then that of the shots so far. What cannot stop is ended, and so is it by a second wish.
   stop() {
     this.wanted = false;
-    this.program.end();
+    const is_shooting = this.element.dataset.state === "solving" && !this.stopping;
+    if (!is_shooting) return this.program.end();
+    this.stopping = true;
+    this.outcome.textContent = "Stopping after this shot …";
+    return this.program.stop(STOP_MILLISECONDS);
+  }
+
+  // Says that the worker was ended, with all that it had solved.
+  show_end() {
     this.set_state("stopped");
-    this.outcome.textContent = this.solved ? "Stopped: the record is that of the solve before." : "Stopped.";
+    for (const name of ["lightmap", "compare"]) this.button(name).disabled = true;
+    this.outcome.textContent = this.solved ? "Ended: the record is that of the solve before." : "Ended.";
   }
 
   show_failure(message) {

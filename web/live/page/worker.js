@@ -4,6 +4,7 @@ import start, { OpenScene, give_file, list_cases, list_shaders, take_file } from
 
 let scene = null;
 let given = [];
+let stopping = false;
 
 const acts = {
   start: ({ module }) => start({ module_or_path: module }).then(() => null),
@@ -19,10 +20,21 @@ const acts = {
     return JSON.parse(scene.describe());
   },
 
-  solve({ request }, show) {
+  // Solves in slices of time. After each of them waiting messages are received, of which one may stop the solve.
+  async solve({ request }, show) {
     const begin = performance.now();
-    const solve = JSON.parse(scene.solve(JSON.stringify(request), show));
+    stopping = false;
+    const pause = (share) => {
+      show(share);
+      return new Promise((done) => setTimeout(() => done(stopping)));
+    };
+    const solve = JSON.parse(await scene.solve(JSON.stringify(request), pause));
     return { ...solve, seconds: (performance.now() - begin) / 1000 };
+  },
+
+  stop() {
+    stopping = true;
+    return null;
   },
 
   estimate: () => scene.estimate_error() ?? null,
@@ -44,7 +56,7 @@ const acts = {
 
 self.onmessage = async ({ data: { act, call, ...content } }) => {
   try {
-    const show = (phase, share) => self.postMessage({ call, phase, share });
+    const show = (share) => self.postMessage({ call, share });
     self.postMessage({ call, answer: await acts[act](content, show) });
   } catch (error) {
     // After a fault of the program its memory cannot be trusted.

@@ -6,11 +6,12 @@ use crate::request::LiveRequest;
 use crate::solve::LiveScene;
 use common::Error;
 use common::file::keep_in_memory;
-use js_sys::Function;
+use js_sys::{Function, Promise};
 use oracle::solve::progress::ProgressMonitor;
 use std::ops::ControlFlow;
 use std::path::Path;
 use wasm_bindgen::prelude::{JsError, JsValue, wasm_bindgen};
+use wasm_bindgen_futures::JsFuture;
 
 /// Gives the program a file.
 #[wasm_bindgen]
@@ -70,19 +71,31 @@ impl OpenScene {
         Ok(serde_json::to_string(&describe_scene(&self.0))?)
     }
 
-    /// Solves what the request asks for; `show` receives a phase's name and its finished share. Returns JSON.
+    /// Solves what the request asks for. `show` receives the finished share, and after a slice of the shots returns a promise
+    /// of whether the solve is to stop. Returns JSON.
     ///
     /// Errors: one line for the reader.
-    pub fn solve(&mut self, request: &str, show: &Function) -> Result<String, JsError> {
-        let callback = |phase: &str, share: f64| {
+    pub async fn solve(&mut self, request: &str, show: Function) -> Result<String, JsError> {
+        let report = |share: f64| show.call1(&JsValue::NULL, &share.into());
+        let callback = |_: &str, share: f64| {
             // A report that fails shows nothing; the solve goes on.
-            let _ = show.call2(&JsValue::NULL, &phase.into(), &share.into());
+            let _ = report(share);
             ControlFlow::Continue(())
+        };
+        let pause = async |share: f64| {
+            let answer = match report(share) {
+                Ok(promise) => JsFuture::from(Promise::resolve(&promise)).await,
+                Err(error) => Err(error),
+            };
+            match answer.is_ok_and(|stop| stop.is_truthy()) {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
         };
         let request = LiveRequest::parse(request).map_err(|error| explain(&error))?;
         let progress = ProgressMonitor::new(&callback);
-        let solve = self.0.solve(&request, &progress).map_err(|error| explain(&error))?;
-        Ok(serde_json::to_string(&solve)?)
+        let solve = self.0.solve(&request, &progress, pause).await;
+        Ok(serde_json::to_string(&solve.map_err(|error| explain(&error))?)?)
     }
 
     /// Makes the latest solve again on the GPU; `shaders` is JSON. Returns JSON.

@@ -7,6 +7,7 @@ pub mod description;
 pub mod first_shot;
 pub mod gpu_comparison;
 pub mod request;
+pub mod slice;
 pub mod solve;
 
 #[cfg(target_arch = "wasm32")]

@@ -3,22 +3,28 @@
 use crate::case::{ExactComparison, OpenedCase};
 use crate::change::change_scene;
 use crate::request::{LiveRequest, LiveView};
+use crate::slice::shoot_in_slices;
 use common::energy::EnergyBalance;
 use common::import::{ImportOptions, add_lamp, load_scene};
+use common::mesh::Mesh;
 use common::scene::Scene;
-use common::shooting::RadiosityField;
+use common::settings::Settings;
+use common::shooting::{RadiosityField, SolveRun};
 use common::solution::write::encode_lightmap;
 use common::solution::{PhaseSeconds, Solution};
 use common::{Error, Result};
+use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solved::Solved;
 use oracle::solve::solver::SolverChoice;
-use oracle::solve::task::SolveTask;
-use oracle::trace::task::{SolveRecord, TraceSlot, TracedScene};
+use oracle::solve::task::{SolveTask, prepare_mesh};
+use oracle::trace::ShotTrace;
+use oracle::trace::recorder::ShotRecorder;
 use radiosity::report::solution_view::RenderedPreview;
 use radiosity::report::trace::{TRACE_LIMITS, check_trace_limits, render_record};
 use serde::Serialize;
+use std::ops::ControlFlow;
 use std::path::Path;
 
 /// Height of the lamp of a scene without light, as a share of the scene's.
@@ -48,6 +54,8 @@ pub struct LiveSolve {
     pub solver: String,
     /// Number of shots.
     pub shots: usize,
+    /// True if it was stopped before its end.
+    pub stopped: bool,
     /// Emitted, absorbed, escaped and unshot power, summed over the channels, W.
     pub power: LivePower,
     /// CRC-32 of the bits of radiosity, residual and irradiance in the mesh's texel order.
@@ -114,21 +122,34 @@ impl LiveScene {
         self.latest.as_ref()
     }
 
-    /// Solves the changed scene on the CPU shot by shot, and renders the record.
+    /// Solves the changed scene on the CPU shot by shot, and renders the record. `progress` is that of the mesh. The shots are
+    /// made in slices, after each of which `pause` is awaited with the progress, 0…1; a break of it ends the solve, and the
+    /// record is that of the shots so far.
     ///
     /// Errors: the request's; those of the solve; [`Error::Interrupted`].
-    pub fn solve(&mut self, request: &LiveRequest, progress: &ProgressMonitor) -> Result<LiveSolve> {
+    pub async fn solve(
+        &mut self,
+        request: &LiveRequest,
+        progress: &ProgressMonitor<'_>,
+        mut pause: impl AsyncFnMut(f64) -> ControlFlow<()>,
+    ) -> Result<LiveSolve> {
         let settings = request.to_settings()?;
         let scene = change_scene(&self.scene, &request.changes)?;
         let texels = scene.faces.len() as u64 * u64::from(request.texels).pow(2);
         check_trace_limits(&scene.name, scene.faces.len() as u64, texels)?;
-        let slot = TraceSlot::new(TRACE_LIMITS);
-        let task = TracedScene {
-            scene: &scene,
-            record: SolveRecord::Shots(&slot),
+        let mesh = prepare_mesh(&scene, &settings, progress)?;
+        let mut stopped = false;
+        let mut watch = async |share: f64| {
+            let flow = pause(share).await;
+            stopped |= flow.is_break();
+            flow
         };
-        let solved = task.solve_once(&settings, SolverChoice::Cpu, progress)?;
-        let trace = slot.take_trace()?;
+        let (run, trace) = shoot_recorded(&mesh, &settings, &mut watch).await?;
+        let mut solved = Solved::new(&settings, mesh, run);
+        if stopped {
+            // The GPU makes as many shots.
+            solved.settings.schedule.max_shots = solved.run.shots.len() as u32;
+        }
         let (mesh, run) = (&solved.mesh, &solved.run);
         if run.shots.is_empty() {
             return Err(Error::Usage(format!("{}: nothing shines: give it a lamp", scene.name)));
@@ -160,6 +181,7 @@ impl LiveScene {
             view,
             solver: SolverChoice::Cpu.name().to_owned(),
             shots: run.shots.len(),
+            stopped,
             power: LivePower::of_balance(&EnergyBalance::new(mesh, &run.field, &run.shots)),
             checksum: field_checksum(&run.field),
         };
@@ -198,6 +220,18 @@ impl LiveScene {
         };
         Ok(scene.estimate_error(solved)?.map(|estimate| estimate.error))
     }
+}
+
+/// Shoots on the CPU in slices, and records the shots.
+async fn shoot_recorded(
+    mesh: &Mesh,
+    settings: &Settings,
+    pause: &mut impl AsyncFnMut(f64) -> ControlFlow<()>,
+) -> Result<(SolveRun, ShotTrace)> {
+    let mut engine = CpuSolver::new(mesh, &settings.transport);
+    let mut recorder = ShotRecorder::new(&mut engine, mesh, &settings.transport, TRACE_LIMITS)?;
+    let run = shoot_in_slices(&mut recorder, &settings.schedule, pause).await?;
+    Ok((run, recorder.into_trace()))
 }
 
 /// Adds a lamp above the middle of a scene without light, and a note.
