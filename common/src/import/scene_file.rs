@@ -74,6 +74,25 @@ impl SceneFile {
         }
     }
 
+    /// Returns whether the document has meshes that Draco compressed, which cannot be written again.
+    pub fn is_compressed(&self) -> bool {
+        let used = self.json["extensionsUsed"].as_array();
+        used.is_some_and(|used| used.iter().any(|name| name == "KHR_draco_mesh_compression"))
+    }
+
+    /// Writes the emitted radiance of a material; factors above 1 need a strength.
+    pub fn write_radiance(&mut self, material: &mut Value, radiance: DVec3) {
+        if radiance == DVec3::ZERO {
+            return;
+        }
+        let strength = radiance.max_element().max(1.0);
+        material["emissiveFactor"] = json!((radiance / strength).as_vec3().to_array());
+        if strength > 1.0 {
+            material["extensions"] = json!({ "KHR_materials_emissive_strength": { "emissiveStrength": strength } });
+            self.use_extension("KHR_materials_emissive_strength");
+        }
+    }
+
     /// Appends `bytes`, aligned to four, to the first buffer; returns the index of their buffer view.
     pub fn append_view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
         if self.buffers.is_empty() {

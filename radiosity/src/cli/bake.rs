@@ -12,7 +12,6 @@ use common::scene::Scene;
 use common::solution::Solution;
 use common::solution::pending::PendingFiles;
 use common::{Error, Result};
-use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// Options of baking.
@@ -76,12 +75,7 @@ impl BakeOptions {
             Some(_) => load_scene_file(path, import).map(|(scene, file)| (scene, Some(file)))?,
             None => (load_scene(path, import)?, None),
         };
-        let used = file.as_ref().map(|file| &file.json["extensionsUsed"]);
-        let compressed = |name: &Value| name == "KHR_draco_mesh_compression";
-        if used
-            .and_then(Value::as_array)
-            .is_some_and(|used| used.iter().any(compressed))
-        {
+        if file.as_ref().is_some_and(SceneFile::is_compressed) {
             let text = "has meshes that Draco compressed, which --gltf cannot write: decode them first with \
                         `npx @gltf-transform/cli copy IN.glb OUT.glb`";
             return Err(Error::bad_input(path, "extensionsUsed", text));

@@ -82,6 +82,21 @@
     await wait(20);
     await until("estimated");
     outcome.undone = state();
+    // The scene is saved with its light: as its file, and, with a lamp that has moved, as its faces.
+    const save_scene = async () => {
+      const saved = new Promise((done) => { studio.live.save = async (name, blob) => done({ name, bytes: [...new Uint8Array(await blob.arrayBuffer())] }); });
+      studio.querySelector("[data-do=glb]").click();
+      const { name, bytes } = await saved;
+      delete studio.live.save;
+      const size = bytes.slice(12, 16).reduceRight((all, byte) => 256 * all + byte, 0);
+      return { name, length: bytes.length, json: JSON.parse(new TextDecoder().decode(new Uint8Array(bytes.slice(20, 20 + size)))) };
+    };
+    outcome.saved = { whole: await save_scene() };
+    await set("x", x.min, "estimated");
+    outcome.saved.moved = await save_scene();
+    studio.querySelector("[data-do=reset]").click();
+    await wait(20);
+    await until("estimated");
     // The GPU solves the same; a shader that is changed differs, and one that is wrong is refused.
     const verdict = async () => {
       studio.querySelector("[data-do=compare]").click();

@@ -2,7 +2,9 @@
 
 use super::browser::browser_for;
 use super::command::TestFolder;
+use crate::baked::BakedScene;
 use common::file::keep_in_memory;
+use glam::Vec3;
 use live::case::{ExactComparison, list_cases};
 use live::change::{GroupChange, change_scene};
 use live::gpu_comparison::{LiveShader, check_origins, compare_with_gpu, list_shaders};
@@ -209,6 +211,7 @@ fn live_page_solves_as_the_native_program() {
     assert_eq!(outcome["item_buffer"]["what"], "error");
     assert!(outcome["item_buffer"]["wrong"].as_f64().unwrap() > 0.01);
     check_stop(&outcome);
+    check_saved_scenes(&outcome["saved"]);
     assert_eq!(outcome["resumed"]["checksum"], native.checksum);
     check_files(&outcome);
     assert_eq!(outcome["phone"]["state"], "estimated");
@@ -276,6 +279,77 @@ fn check_gpu(gpu: &Value, shots: usize) {
     let refused = gpu["refused"]["said"].as_str().unwrap();
     assert!(refused.contains("deposit.wgsl:13:1: expected"), "{refused}");
     assert_eq!(gpu["refused"]["viewers"], 0);
+}
+
+/// A scene is saved with its groups and its light.
+fn check_saved_scenes(saved: &Value) {
+    for (name, nodes) in [("whole", 8), ("moved", 8)] {
+        let document = &saved[name]["json"];
+        assert_eq!(saved[name]["name"], "radiosity.glb");
+        let names = document["nodes"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|node| node["name"].as_str().unwrap());
+        assert_eq!(names.clone().count(), nodes, "{name}");
+        assert!(names.clone().any(|own| own == "light"), "{name}");
+        let lit = document["materials"].as_array().unwrap();
+        assert!(
+            lit.iter()
+                .all(|own| own["extensions"]["MOZ_lightmap"]["intensity"].as_f64() > Some(0.0))
+        );
+        assert_eq!(document["images"][0]["mimeType"], "image/png");
+        let bytes = document["buffers"][0]["byteLength"].as_u64().unwrap();
+        assert!(
+            bytes > 10_000 && saved[name]["length"].as_u64().unwrap() > bytes,
+            "{name}"
+        );
+    }
+}
+
+/// Saves the scene of the latest solve and reads it again; its lightmap is lit.
+fn save_scene(live: &LiveScene) -> BakedScene {
+    let baked = BakedScene::new(&live.encode_glb().unwrap());
+    let lightmap = &baked.json["materials"][0]["extensions"]["MOZ_lightmap"];
+    assert!(lightmap["intensity"].as_f64().unwrap() > 0.0);
+    baked
+}
+
+#[test]
+fn scene_is_saved_with_its_light_as_it_was_solved() {
+    let mut live = open_bundled("cornell_box");
+    assert!(
+        live.encode_glb()
+            .is_err_and(|error| error.to_string().contains("nothing is solved"))
+    );
+    let solve = |live: &mut LiveScene, changes: Value| {
+        solve_whole(live, &LiveRequest::parse(&first_request(changes, Value::Null)).unwrap());
+        save_scene(live)
+    };
+    let whole = solve(&mut live, json!([]));
+    let moved = solve(
+        &mut live,
+        json!([{ "name": "light", "shift": [-0.25, 0, 0], "emission_factor": 2.0 }]),
+    );
+    assert_eq!(whole.triangles.len(), moved.triangles.len());
+    let corners =
+        |baked: &BakedScene| -> Vec<Vec3> { baked.triangles.iter().flatten().map(|(place, _)| *place).collect() };
+    let [before, after] = [&whole, &moved].map(|baked| corners(baked));
+    let shifted = after
+        .iter()
+        .filter(|place| before.iter().all(|own| own.distance(**place) > 0.01))
+        .count();
+    // The two triangles of the lamp.
+    assert_eq!(shifted, 6);
+    let strength = |baked: &BakedScene| -> f64 {
+        let materials = baked.json["materials"].as_array().unwrap().iter();
+        let own =
+            |material: &Value| material["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"].as_f64();
+        materials.filter_map(own).sum()
+    };
+    assert!((strength(&moved) / strength(&whole) - 2.0).abs() < 1e-5);
+    let mut case = LiveScene::open_case("slit", 0.1).unwrap();
+    assert_eq!(solve(&mut case, json!([])).triangles.len(), 8);
 }
 
 /// A solve that is stopped shows its first shots, and the GPU makes the same.

@@ -114,7 +114,8 @@ class LivePage {
     form.addEventListener("submit", (event) => event.preventDefault());
     form.addEventListener("input", ({ target }) => this.react(target));
     const acts = {
-      stop: () => this.stop(), compare: () => this.compare(), reset: () => this.reset(), picture: () => this.save_picture(), lightmap: () => this.save_lightmap(),
+      stop: () => this.stop(), compare: () => this.compare(), reset: () => this.reset(), picture: () => this.save_picture(),
+      lightmap: () => this.save_answer("lightmap", "lightmap.exr", "image/x-exr"), glb: () => this.save_answer("glb", "radiosity.glb", "model/gltf-binary"),
     };
     for (const [name, act] of Object.entries(acts)) this.button(name).addEventListener("click", act);
     element.querySelector("[name=shader]").addEventListener("input", ({ target }) => this.show_shader(target.value));
@@ -162,9 +163,9 @@ class LivePage {
     const { elements } = this.form;
     const chosen = this.chosen_case();
     if (!chosen) return this.choose_bundled();
-    const { parameter, values, methods } = chosen;
+    const { values, methods } = chosen;
     this.own_settings ??= Object.fromEntries(Object.keys(methods[0].settings).map((name) => [name, elements[name].value]));
-    elements.value.replaceChildren(...values.map(({ value, text }) => new Option(`${parameter}: ${text}`, value)));
+    elements.value.replaceChildren(...values.map(({ value, text }) => new Option(text, value)));
     elements.value.selectedIndex = Math.floor(values.length / 2);
     elements.method.replaceChildren(...methods.map(({ name }) => new Option(name, name)));
     elements.method.selectedIndex = methods.length - 1;
@@ -356,7 +357,7 @@ class LivePage {
     await this.show_record(solve.html);
     this.solved = solve;
     this.tell("");
-    for (const name of ["reset", "picture", "lightmap"]) this.button(name).disabled = false;
+    for (const name of ["reset", "picture", "lightmap", "glb"]) this.button(name).disabled = false;
     this.element.dataset.checksum = solve.checksum;
     this.set_state(solve.stopped ? "stopped" : "solved");
     this.button("compare").disabled = !navigator.gpu;
@@ -389,7 +390,7 @@ class LivePage {
     const share = (part) => percent(share_of(part, power.emitted));
     const start = stopped ? `Stopped after ${shots} ${shots === 1 ? "shot" : "shots"}, ${share(power.unshot)} unshot. ` : "";
     this.outcome.textContent =
-      `${start}${by}: ${shots} shots in ${number(Number(seconds.toPrecision(3)))} s. Of ${watts(power.emitted)} emitted, ${share(power.absorbed)} is absorbed, ` +
+      `${start}${by}: ${shots} ${shots === 1 ? "shot" : "shots"} in ${number(Number(seconds.toPrecision(3)))} s. Of ${watts(power.emitted)} emitted, ${share(power.absorbed)} is absorbed, ` +
       `${share(power.escaped)} has escaped, ${share(power.unshot)} is unshot; closure (what the form factors lose) ${share(power.closure)}.` +
       `${end} Checksum of B, r and H: ${checksum}.`;
   }
@@ -504,7 +505,7 @@ class LivePage {
   // Says that the worker was ended, with all that it had solved.
   show_end() {
     this.set_state("stopped");
-    for (const name of ["lightmap", "compare"]) this.button(name).disabled = true;
+    for (const name of ["lightmap", "glb", "compare"]) this.button(name).disabled = true;
     this.outcome.textContent = this.solved ? "Ended: the record is that of the solve before." : "Ended.";
   }
 
@@ -522,9 +523,13 @@ class LivePage {
     canvas.toBlob((blob) => this.save("radiosity.png", blob), "image/png");
   }
 
-  async save_lightmap() {
-    const content = await this.program.ask("lightmap", {});
-    this.save("lightmap.exr", new Blob([content], { type: "image/x-exr" }));
+  // Saves the file that the program makes of the latest solve.
+  async save_answer(act, name, type) {
+    try {
+      this.save(name, new Blob([await this.program.ask(act, {})], { type }));
+    } catch (error) {
+      if (!(error instanceof Ended)) this.show_failure(error.message);
+    }
   }
 
   save(name, blob) {

@@ -52,6 +52,8 @@ const acts = {
   },
 
   lightmap: () => scene.encode_lightmap(),
+
+  glb: () => scene.encode_glb(),
 };
 
 self.onmessage = async ({ data: { act, call, ...content } }) => {

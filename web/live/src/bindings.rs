@@ -114,6 +114,13 @@ impl OpenScene {
         self.0.encode_lightmap().map_err(|error| explain(&error))
     }
 
+    /// Encodes the scene of the latest solve with its light as binary glTF.
+    ///
+    /// Errors: one line for the reader.
+    pub fn encode_glb(&self) -> Result<Vec<u8>, JsError> {
+        self.0.encode_glb().map_err(|error| explain(&error))
+    }
+
     /// Compares the latest solve with the exact answer, as JSON; `null` if there is none.
     ///
     /// Errors: one line for the reader.

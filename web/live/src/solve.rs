@@ -5,7 +5,7 @@ use crate::change::change_scene;
 use crate::request::{LiveRequest, LiveView};
 use crate::slice::shoot_in_slices;
 use common::energy::EnergyBalance;
-use common::import::{ImportOptions, add_lamp, load_scene};
+use common::import::{ImportOptions, add_lamp, load_scene, load_scene_file};
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::settings::Settings;
@@ -21,11 +21,13 @@ use oracle::solve::solver::SolverChoice;
 use oracle::solve::task::{SolveTask, prepare_mesh};
 use oracle::trace::ShotTrace;
 use oracle::trace::recorder::ShotRecorder;
+use radiosity::report::gltf_export::face_document::make_face_document;
+use radiosity::report::gltf_export::{ExportCharts, export_lightmap};
 use radiosity::report::solution_view::RenderedPreview;
 use radiosity::report::trace::{TRACE_LIMITS, check_trace_limits, render_record};
 use serde::Serialize;
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Height of the lamp of a scene without light, as a share of the scene's.
 const LAMP_HEIGHT: f64 = 0.8;
@@ -35,6 +37,8 @@ const LAMP_EXITANCE: f64 = 10.0;
 /// A scene that the page shows, with its latest solve.
 pub struct LiveScene {
     scene: Scene,
+    /// The scene's file; none of a case.
+    file: Option<PathBuf>,
     /// The case of the failure atlas whose scene it is.
     case: Option<OpenedCase>,
     /// True if the latest solve is of a changed scene.
@@ -88,6 +92,7 @@ impl LiveScene {
         }
         Ok(Self {
             scene,
+            file: Some(name.into()),
             case: None,
             is_changed: false,
             latest: None,
@@ -101,6 +106,7 @@ impl LiveScene {
         let (case, scene) = OpenedCase::build(name, value)?;
         Ok(Self {
             scene,
+            file: None,
             case: Some(case),
             is_changed: false,
             latest: None,
@@ -198,6 +204,26 @@ impl LiveScene {
             return Err(Error::Usage("nothing is solved yet".into()));
         };
         encode_lightmap(&solved.mesh, &solved.run.field, scene.is_painted())
+    }
+
+    /// Encodes the scene of the latest solve with its light as a texture, as binary glTF. The scene is its file as it is; of a
+    /// case, a changed scene or a compressed file it is made of the faces, with one colour each.
+    ///
+    /// Errors: [`Error::Usage`] if nothing is solved yet; those of [`export_lightmap`].
+    pub fn encode_glb(&self) -> Result<Vec<u8>> {
+        let Some((scene, solved, view)) = &self.latest else {
+            return Err(Error::Usage("nothing is solved yet".into()));
+        };
+        let own = self.file.as_ref().filter(|_| !self.is_changed);
+        let own = own.map(|path| load_scene_file(path, &ImportOptions::default()));
+        let file = match own.transpose()? {
+            Some((_, file)) if !file.is_compressed() => file,
+            _ => make_face_document(scene),
+        };
+        let light = (&solved.mesh, &solved.run.field);
+        let (_, exposure) = view.to_parts();
+        let baked = export_lightmap((scene, file), ExportCharts::Packed(None), light, exposure)?;
+        Ok(baked.glb)
     }
 
     /// Compares the latest solve with the exact answer; none if there is none: of a file, of a changed scene, or where the

@@ -198,7 +198,7 @@ impl MaterialTable {
                 if let Some(texture) = textures[1] {
                     written["emissiveTexture"] = json!({ "index": texture });
                 }
-                write_radiance(material.colours[1].factor, &mut written, file);
+                file.write_radiance(&mut written, material.colours[1].factor);
             }
         }
         let colour = reflectance.extend(1.0).as_vec4().to_array();
@@ -237,18 +237,5 @@ impl MaterialTable {
         let sampler = json!({ "magFilter": 9729, "minFilter": 9987, "wrapS": wrap, "wrapT": wrap });
         let sampler = file.append_entry("samplers", sampler);
         Some(file.append_entry("textures", json!({ "source": image, "sampler": sampler })))
-    }
-}
-
-/// Writes the emitted radiance of a material; factors above 1 need a strength.
-fn write_radiance(radiance: DVec3, written: &mut Value, file: &mut SceneFile) {
-    if radiance == DVec3::ZERO {
-        return;
-    }
-    let strength = radiance.max_element().max(1.0);
-    written["emissiveFactor"] = json!((radiance / strength).as_vec3().to_array());
-    if strength > 1.0 {
-        written["extensions"] = json!({ "KHR_materials_emissive_strength": { "emissiveStrength": strength } });
-        file.use_extension("KHR_materials_emissive_strength");
     }
 }

@@ -1,6 +1,7 @@
 //! Exports a solved scene as binary glTF: the scene file as it is, with a lightmap, which is also written as OpenEXR.
 
 mod chart_packing;
+pub mod face_document;
 mod lightmap_image;
 mod lit_document;
 mod plane_charts;
