@@ -181,6 +181,24 @@
     await wait(20);
     await until("estimated");
     outcome.dropped = { note: studio.querySelector(".scene-note").textContent, lamps: [...studio.querySelector("[name=lamp]").options].map((option) => option.value), told: told() };
+    // A panorama lights an open scene from outside; into a closed one nothing comes.
+    const panorama = new Uint8Array([...new TextEncoder().encode("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n"), ...Array(128).fill([128, 128, 128, 129]).flat()]);
+    outcome.lit = {};
+    for (const scene of ["facing_plates", "furnace"]) {
+      await set("scene", scene, "estimated");
+      drop([["sky.hdr", panorama]]);
+      await wait(20);
+      await until("estimated");
+      outcome.lit[scene] = { outside: studio.live.solved.outside, note: studio.querySelector(".scene-note").textContent, told: told() };
+    }
+    studio.querySelector("[data-do=reset]").click();
+    await wait(20);
+    await until("estimated");
+    outcome.lit.reset = studio.live.solved.outside;
+    drop([["sky.hdr", "?"]]);
+    await wait(20);
+    await until("failed");
+    outcome.lit.damaged = told();
     drop([["damaged.obj", "v 0 0 0\nv 1 0\n"]]);
     await wait(20);
     await until("failed");

@@ -59,7 +59,7 @@ fn open_bundled(scene: &str) -> LiveScene {
         let content = fs::read(repository_root().join("scenes").join(&name)).unwrap();
         keep_in_memory(Path::new(&name), Some(content));
     }
-    LiveScene::open(&format!("{scene}.obj")).unwrap()
+    LiveScene::open(&format!("{scene}.obj"), None).unwrap()
 }
 
 /// Solves a bundled scene natively with the page's first settings; the automatic view uses sines, which a browser rounds
@@ -211,6 +211,7 @@ fn live_page_solves_as_the_native_program() {
     assert_eq!(outcome["item_buffer"]["what"], "error");
     assert!(outcome["item_buffer"]["wrong"].as_f64().unwrap() > 0.01);
     check_stop(&outcome);
+    check_panoramas(&outcome["lit"]);
     check_saved_scenes(&outcome["saved"]);
     assert_eq!(outcome["resumed"]["checksum"], native.checksum);
     check_files(&outcome);
@@ -281,6 +282,34 @@ fn check_gpu(gpu: &Value, shots: usize) {
     assert_eq!(gpu["refused"]["viewers"], 0);
 }
 
+/// A panorama lights an open scene, and a closed one says that it is closed.
+fn check_panoramas(lit: &Value) {
+    let panorama: Vec<u8> = [0x80, 0x80, 0x80, 0x81].repeat(128);
+    let head: &[u8] = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n";
+    keep_in_memory(Path::new("sky.hdr"), Some([head, &panorama].concat()));
+    let solve = |scene: &str| {
+        open_bundled(scene);
+        let mut live = LiveScene::open(&format!("{scene}.obj"), Some("sky.hdr")).unwrap();
+        let request = first_request(json!([]), Value::Null);
+        solve_whole(&mut live, &LiveRequest::parse(&request).unwrap())
+    };
+    let (open, closed) = (solve("facing_plates").outside.unwrap(), solve("furnace").outside);
+    assert_eq!(closed, Some(0.0));
+    let found = lit["facing_plates"]["outside"].as_f64().unwrap();
+    assert!(open > 0.1 && (found / open - 1.0).abs() < 1e-4, "{found} {open}");
+    assert_eq!(lit["furnace"]["outside"], 0.0);
+    assert_eq!(lit["reset"], Value::Null);
+    let said = |scene: &str, part: &str| lit[scene][part].as_str().unwrap().to_owned();
+    assert!(said("facing_plates", "note").contains("The light of sky.hdr comes from outside."));
+    assert!(said("facing_plates", "told").contains(" From outside come "), "{lit}");
+    assert!(said("furnace", "told").contains("No light comes in from outside: the scene is closed."));
+    let damaged = lit["damaged"].as_str().unwrap();
+    assert!(
+        damaged.starts_with("sky.hdr: is neither a Radiance picture"),
+        "{damaged}"
+    );
+}
+
 /// A scene is saved with its groups and its light.
 fn check_saved_scenes(saved: &Value) {
     for (name, nodes) in [("whole", 8), ("moved", 8)] {
@@ -348,7 +377,7 @@ fn scene_is_saved_with_its_light_as_it_was_solved() {
         materials.filter_map(own).sum()
     };
     assert!((strength(&moved) / strength(&whole) - 2.0).abs() < 1e-5);
-    let mut case = LiveScene::open_case("slit", 0.1).unwrap();
+    let mut case = LiveScene::open_case("slit", 0.1, None).unwrap();
     assert_eq!(solve(&mut case, json!([])).triangles.len(), 8);
 }
 
@@ -450,7 +479,7 @@ fn check_cases(cases: &Value) {
 
 /// Solves a case natively as the page does when a method is chosen.
 fn solve_case(name: &str, value: f64, method: &str) -> (LiveSolve, Option<ExactComparison>) {
-    let mut live = LiveScene::open_case(name, value).unwrap();
+    let mut live = LiveScene::open_case(name, value, None).unwrap();
     let case = list_cases().into_iter().find(|case| case.name == name).unwrap();
     let method = case.methods.iter().find(|own| own.name == method).unwrap();
     let mut request: Value = serde_json::from_str(&first_request(json!([]), Value::Null)).unwrap();
@@ -471,11 +500,17 @@ fn cases_have_the_errors_of_the_failure_atlas() {
     assert!(cases.len() > 30);
     for case in &cases {
         assert!(!case.methods.is_empty(), "{}", case.name);
-        let texels = |value| LiveScene::open_case(case.name, value).unwrap().case().unwrap().texels;
+        let texels = |value| {
+            LiveScene::open_case(case.name, value, None)
+                .unwrap()
+                .case()
+                .unwrap()
+                .texels
+        };
         assert!(case.values.iter().all(|listed| texels(listed.value) > 0));
     }
     assert!(cases.iter().all(|case| case.name != "object-sunk"));
-    assert!(LiveScene::open_case("object", 1.0).is_err_and(|error| error.to_string().contains("no case")));
+    assert!(LiveScene::open_case("object", 1.0, None).is_err_and(|error| error.to_string().contains("no case")));
     for (name, value, method) in [
         ("closeness", 0.01, &POLYGON),
         ("wall", 0.01, &STEREOGRAPHIC),
@@ -506,7 +541,7 @@ fn check_files(outcome: &Value) {
     assert_eq!(outcome["dropped"]["lamps"], json!(["lamp"]));
     let damaged = "damaged.obj: line 2: a vertex needs three numbers: is the file cut off?";
     assert_eq!(outcome["damaged"], damaged);
-    let unknown = "None of these files is a scene: give an .obj, a .glb or a .gltf.";
+    let unknown = "None of these files is a scene or a panorama: give an .obj, a .glb or a .gltf, an .hdr or an .exr.";
     assert_eq!(outcome["unknown"], unknown);
 }
 

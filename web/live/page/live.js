@@ -8,6 +8,8 @@ const STOP_MILLISECONDS = 5000;
 const FIRST_TEXELS = 20000;
 // Names of files that hold a scene.
 const SCENE_NAME = /\.(obj|glb|gltf)$/i;
+// Names of files that hold a panorama.
+const PANORAMA_NAME = /\.(hdr|exr)$/i;
 
 // A solve that was ended because another is wanted.
 class Ended extends Error {}
@@ -211,17 +213,25 @@ class LivePage {
 
   async choose_files(files) {
     const scene = files.find((file) => SCENE_NAME.test(file.name));
-    if (!scene) return this.show_failure("None of these files is a scene: give an .obj, a .glb or a .gltf.");
-    this.leave_case();
-    const contents = files.map(async (file) => ({ name: file.name, content: new Uint8Array(await file.arrayBuffer()) }));
-    return this.open({ name: scene.name, files: Promise.all(contents) });
+    const panorama = files.find((file) => PANORAMA_NAME.test(file.name))?.name;
+    if (!scene && !panorama) return this.show_failure("None of these files is a scene or a panorama: give an .obj, a .glb or a .gltf, an .hdr or an .exr.");
+    const contents = Promise.all(files.map(async (file) => ({ name: file.name, content: new Uint8Array(await file.arrayBuffer()) })));
+    if (scene) {
+      this.leave_case();
+      return this.open({ name: scene.name, files: contents, panorama });
+    }
+    const { source } = this;
+    const others = async () => [...(await source.files).filter(({ name }) => name !== source.panorama), ...(await contents)];
+    return this.open({ ...source, files: others(), panorama });
   }
 
   // Opens a scene, fills the controls with what it has, and solves it.
   async open(source) {
+    this.source = source;
     const turn = (this.turn = (this.turn ?? 0) + 1);
-    if (this.running) this.program.end();
+    this.stopping = false;
     this.wanted = false;
+    if (this.running) this.program.end();
     this.set_state("opening");
     try {
       const files = await source.files;
@@ -307,7 +317,9 @@ class LivePage {
     this.changes.set(name, { ...this.change(name), reflectance });
   }
 
+  // Undoes the changes of lamps and surfaces, and takes a panorama away.
   reset() {
+    if (this.source.panorama) return this.open({ ...this.source, panorama: undefined });
     this.changes.clear();
     this.show_lamp();
     this.show_surface();
@@ -338,7 +350,7 @@ class LivePage {
       this.begun = performance.now();
       await this.solve_once().catch((error) => {
         if (!(error instanceof Ended)) this.show_failure(error.message);
-        else if (!this.wanted) this.show_end();
+        else if (this.stopping) this.show_end();
       });
       this.stopping = false;
     }
@@ -376,7 +388,7 @@ class LivePage {
     if (!chosen) return "";
     const exact = await this.program.ask("exact", {});
     this.exact = exact;
-    if (!exact && this.changes.size > 0) return " Of a changed scene no exact answer is known.";
+    if (!exact && (this.changes.size > 0 || this.source.panorama)) return " Of a changed scene no exact answer is known.";
     if (!exact) return ` No exact answer is known: the atlas compares with ${chosen.truth}.`;
     const light = (mean) => `${number(Number(mean.toPrecision(4)))} W/m²`;
     return ` Exact answer (${chosen.truth}): B − E is ${light(exact.exact)} in the mean, and ${light(exact.found)} was found. Error ` +
@@ -385,14 +397,15 @@ class LivePage {
 
   // Says what ran and what came out.
   tell(end) {
-    const { shots, stopped, seconds, power, checksum, solver } = this.solved;
+    const { shots, stopped, seconds, power, outside, checksum, solver } = this.solved;
     const by = { cpu: "CPU, in WebAssembly with one thread" }[solver];
     const share = (part) => percent(share_of(part, power.emitted));
+    const light = outside ? ` From outside come ${watts(outside)}.` : " No light comes in from outside: the scene is closed.";
     const start = stopped ? `Stopped after ${shots} ${shots === 1 ? "shot" : "shots"}, ${share(power.unshot)} unshot. ` : "";
     this.outcome.textContent =
       `${start}${by}: ${shots} ${shots === 1 ? "shot" : "shots"} in ${number(Number(seconds.toPrecision(3)))} s. Of ${watts(power.emitted)} emitted, ${share(power.absorbed)} is absorbed, ` +
       `${share(power.escaped)} has escaped, ${share(power.unshot)} is unshot; closure (what the form factors lose) ${share(power.closure)}.` +
-      `${end} Checksum of B, r and H: ${checksum}.`;
+      `${outside === null ? "" : light}${end} Checksum of B, r and H: ${checksum}.`;
   }
 
   // Puts a record into the place of the one before, which stays until it can be drawn, with the same view of it.
@@ -496,8 +509,8 @@ class LivePage {
   stop() {
     this.wanted = false;
     const is_shooting = this.element.dataset.state === "solving" && !this.stopping;
-    if (!is_shooting) return this.program.end();
     this.stopping = true;
+    if (!is_shooting) return this.program.end();
     this.outcome.textContent = "Stopping after this shot …";
     return this.program.stop(STOP_MILLISECONDS);
   }

@@ -9,14 +9,15 @@ let stopping = false;
 const acts = {
   start: ({ module }) => start({ module_or_path: module }).then(() => null),
 
-  // Opens a scene of files, which take the place of those before, or the case of that name at a value of its parameter.
-  open({ name, files, value }) {
+  // Opens a scene of files, which take the place of those before, or the case of that name at a value of its parameter;
+  // in the light of a panorama among the files if one is named.
+  open({ name, files, value, panorama }) {
     scene?.free();
     scene = null;
     given.forEach(take_file);
     given = files.map((file) => file.name);
     for (const file of files) give_file(file.name, file.content);
-    scene = value === undefined ? new OpenScene(name) : OpenScene.open_case(name, value);
+    scene = value === undefined ? new OpenScene(name, panorama) : OpenScene.open_case(name, value, panorama);
     return JSON.parse(scene.describe());
   },
 

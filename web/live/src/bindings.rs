@@ -47,21 +47,21 @@ pub struct OpenScene(LiveScene);
 
 #[wasm_bindgen]
 impl OpenScene {
-    /// Opens a scene of the given files.
+    /// Opens a scene of the given files, in the light of a panorama if one is named.
     ///
     /// Errors: one line for the reader.
     #[wasm_bindgen(constructor)]
-    pub fn open(name: &str) -> Result<OpenScene, JsError> {
-        LiveScene::open(name).map(OpenScene).map_err(|error| explain(&error))
+    pub fn open(name: &str, panorama: Option<String>) -> Result<OpenScene, JsError> {
+        let opened = LiveScene::open(name, panorama.as_deref());
+        opened.map(OpenScene).map_err(|error| explain(&error))
     }
 
-    /// Opens the scene of a case of the failure atlas at a value of its parameter.
+    /// Opens the scene of a case of the failure atlas at a value of its parameter, in the light of a panorama if one is named.
     ///
     /// Errors: one line for the reader.
-    pub fn open_case(name: &str, value: f64) -> Result<OpenScene, JsError> {
-        LiveScene::open_case(name, value)
-            .map(OpenScene)
-            .map_err(|error| explain(&error))
+    pub fn open_case(name: &str, value: f64, panorama: Option<String>) -> Result<OpenScene, JsError> {
+        let opened = LiveScene::open_case(name, value, panorama.as_deref());
+        opened.map(OpenScene).map_err(|error| explain(&error))
     }
 
     /// Describes the scene, as JSON.

@@ -4,6 +4,8 @@ use crate::case::{ExactComparison, OpenedCase};
 use crate::change::change_scene;
 use crate::request::{LiveRequest, LiveView};
 use crate::slice::shoot_in_slices;
+use common::capture::Panorama;
+use common::capture::sky::panorama_sky;
 use common::energy::EnergyBalance;
 use common::import::{ImportOptions, add_lamp, load_scene, load_scene_file};
 use common::mesh::Mesh;
@@ -28,6 +30,7 @@ use radiosity::report::trace::{TRACE_LIMITS, check_trace_limits, render_record};
 use serde::Serialize;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Height of the lamp of a scene without light, as a share of the scene's.
 const LAMP_HEIGHT: f64 = 0.8;
@@ -56,6 +59,8 @@ pub struct LiveSolve {
     pub view: LiveView,
     /// The solver that ran.
     pub solver: String,
+    /// Power that arrives from outside, summed over the channels, W; none if nothing shines there.
+    pub outside: Option<f64>,
     /// Number of shots.
     pub shots: usize,
     /// True if it was stopped before its end.
@@ -82,11 +87,13 @@ pub struct LivePower {
 }
 
 impl LiveScene {
-    /// Opens a scene file, which must be in memory or in the file system. A scene without light gets a lamp.
+    /// Opens a scene file, which must be in memory or in the file system, in the light of a panorama if one is given. A scene
+    /// without light gets a lamp.
     ///
-    /// Errors: those of [`load_scene`].
-    pub fn open(name: &str) -> Result<Self> {
+    /// Errors: those of [`load_scene`] and of [`Panorama::read`].
+    pub fn open(name: &str, panorama: Option<&str>) -> Result<Self> {
         let mut scene = load_scene(Path::new(name), &ImportOptions::default())?;
+        add_panorama(&mut scene, panorama)?;
         if scene.faces.iter().all(|face| face.emission == Vec3::ZERO) && scene.sky.is_none() {
             add_first_lamp(&mut scene)?;
         }
@@ -99,11 +106,12 @@ impl LiveScene {
         })
     }
 
-    /// Opens the scene of a case of the failure atlas at a value of its parameter.
+    /// Opens the scene of a case of the failure atlas at a value of its parameter, in the light of a panorama if one is given.
     ///
-    /// Errors: those of [`OpenedCase::build`].
-    pub fn open_case(name: &str, value: f64) -> Result<Self> {
-        let (case, scene) = OpenedCase::build(name, value)?;
+    /// Errors: those of [`OpenedCase::build`] and of [`Panorama::read`].
+    pub fn open_case(name: &str, value: f64, panorama: Option<&str>) -> Result<Self> {
+        let (case, mut scene) = OpenedCase::build(name, value)?;
+        add_panorama(&mut scene, panorama)?;
         Ok(Self {
             scene,
             file: None,
@@ -186,6 +194,7 @@ impl LiveScene {
             html,
             view,
             solver: SolverChoice::Cpu.name().to_owned(),
+            outside: scene.sky.as_ref().map(|_| outside_power(mesh)),
             shots: run.shots.len(),
             stopped,
             power: LivePower::of_balance(&EnergyBalance::new(mesh, &run.field, &run.shots)),
@@ -226,13 +235,18 @@ impl LiveScene {
         Ok(baked.glb)
     }
 
+    /// Returns whether the latest solve has the faces and the light of the case.
+    fn is_as_built(&self) -> bool {
+        !self.is_changed && self.scene.sky.is_none()
+    }
+
     /// Compares the latest solve with the exact answer; none if there is none: of a file, of a changed scene, or where the
     /// failure atlas compares with another solver.
     ///
     /// Errors: those of [`OpenedCase::compare_with_exact`].
     pub fn compare_with_exact(&self) -> Result<Option<ExactComparison>> {
         match (&self.case, &self.latest) {
-            (Some(case), Some((_, solved, _))) if !self.is_changed => case.compare_with_exact(solved),
+            (Some(case), Some((_, solved, _))) if self.is_as_built() => case.compare_with_exact(solved),
             _ => Ok(None),
         }
     }
@@ -258,6 +272,29 @@ async fn shoot_recorded(
     let mut recorder = ShotRecorder::new(&mut engine, mesh, &settings.transport, TRACE_LIMITS)?;
     let run = shoot_in_slices(&mut recorder, &settings.schedule, pause).await?;
     Ok((run, recorder.into_trace()))
+}
+
+/// Puts the light of a panorama around a scene, whose suns stay.
+fn add_panorama(scene: &mut Scene, name: Option<&str>) -> Result<()> {
+    let Some(name) = name else {
+        return Ok(());
+    };
+    let panorama = Panorama::read(Path::new(name), None)?;
+    let mut sky = panorama_sky(&panorama, name.to_owned())?;
+    sky.suns = scene.sky.iter().flat_map(|own| own.suns.clone()).collect();
+    scene.sky = Some(Arc::new(sky));
+    scene.notes.push(format!("The light of {name} comes from outside."));
+    scene
+        .notes
+        .extend(panorama.notes.iter().map(|note| format!("{name}: {note}.")));
+    Ok(())
+}
+
+/// Returns the power that the texels receive from outside, summed over the channels, W.
+fn outside_power(mesh: &Mesh) -> f64 {
+    let texels = mesh.texels.iter();
+    let received = texels.map(|texel| f64::from(texel.area) * texel.sky.as_dvec3().element_sum());
+    received.sum::<f64>() * mesh.area_unit()
 }
 
 /// Adds a lamp above the middle of a scene without light, and a note.
