@@ -11,6 +11,9 @@ const SCENE_NAME = /\.(obj|glb|gltf)$/i;
 // Names of files that hold a panorama.
 const PANORAMA_NAME = /\.(hdr|exr)$/i;
 
+// Ends a note of the program as a sentence.
+const end_sentence = (text) => (text.endsWith(".") ? text : `${text}.`);
+
 // A solve that was ended because another is wanted.
 class Ended extends Error {}
 
@@ -160,7 +163,7 @@ class LivePage {
     return this.cases.find(({ name }) => name === this.form.elements.case.value);
   }
 
-  // Opens a case in the middle of its values with the method at the end of its list, the coarsest.
+  // Opens a case in the middle of its values with the last method of its list but the paper's, which fails nearly everywhere.
   async choose_case() {
     const { elements } = this.form;
     const chosen = this.chosen_case();
@@ -170,7 +173,7 @@ class LivePage {
     elements.value.replaceChildren(...values.map(({ value, text }) => new Option(text, value)));
     elements.value.selectedIndex = Math.floor(values.length / 2);
     elements.method.replaceChildren(...methods.map(({ name }) => new Option(name, name)));
-    elements.method.selectedIndex = methods.length - 1;
+    elements.method.selectedIndex = methods.findLastIndex(({ name }) => name !== "paper");
     return this.open_case();
   }
 
@@ -268,7 +271,7 @@ class LivePage {
     }
     const note = this.element.querySelector(".scene-note");
     const weakness = chosen ? [`Built to break: ${chosen.weakness}.`] : [];
-    note.textContent = [`${scene.name}: ${scene.faces} ${scene.faces === 1 ? "face" : "faces"}.`, ...weakness, ...scene.notes].join(" ");
+    note.textContent = [`${scene.name}: ${scene.faces} ${scene.faces === 1 ? "face" : "faces"}.`, ...weakness, ...scene.notes.map(end_sentence)].join(" ");
     this.show_lamp();
     this.show_surface();
   }
