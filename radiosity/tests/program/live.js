@@ -150,10 +150,11 @@
     await set("case", "", "estimated");
     outcome.cases.left = { note: studio.querySelector(".scene-note").textContent, hidden: studio.querySelector(".of-case").hidden };
     // A long solve is stopped: its record has the shots so far, the GPU makes as many, and the page goes on.
-    await set("texels", "40");
-    await set("samples", "4");
+    await set("texels", "48");
+    await set("samples", "16");
     await until("solving");
     await wait(2500);
+    const texels = studio.live.program.ask("lightmap", {});
     studio.querySelector("[data-do=stop]").click();
     const last_words = told();
     let frames = 0;
@@ -162,9 +163,10 @@
     await until("stopped");
     const { html: partial, ...stopped } = studio.live.solved;
     outcome.stopped = { ...stopped, last_words, frames, shown: trace().page.last, told: told(), energy: trace().querySelector(".trace-panels").textContent };
+    outcome.stopped.lightmap = (await texels).length;
     outcome.stopped.gpu = await verdict();
     // What does not answer is ended by a second wish.
-    await set("samples", "16");
+    await set("samples", "15");
     await until("solving");
     studio.querySelector("[data-do=stop]").click();
     studio.querySelector("[data-do=stop]").click();

@@ -396,6 +396,7 @@ fn check_stop(outcome: &Value) {
     assert!(told.starts_with(&format!("Stopped after {shots} shot")), "{told}");
     assert!(told.contains(" % unshot. CPU"), "{told}");
     assert!(stopped["energy"].as_str().unwrap().contains("unshot"), "{stopped}");
+    assert!(stopped["lightmap"].as_u64().unwrap() > 1000, "{stopped}");
     assert_eq!(stopped["gpu"]["tone"], "verdict agree", "{stopped}");
     assert_eq!(stopped["gpu"]["shots"], shots);
     assert_eq!(
@@ -407,7 +408,10 @@ fn check_stop(outcome: &Value) {
 
 #[test]
 fn stopped_solve_has_the_first_shots_of_the_whole() {
-    let request = LiveRequest::parse(&first_request(json!([]), Value::Null)).unwrap();
+    let mut request: Value = serde_json::from_str(&first_request(json!([]), Value::Null)).unwrap();
+    // It takes many slices.
+    (request["texels"], request["samples"]) = (24.into(), 16.into());
+    let request = LiveRequest::parse(&request.to_string()).unwrap();
     let solve = |most: usize| {
         let mut live = open_bundled("cornell_box");
         let mut slices = 0;

@@ -5,6 +5,7 @@ import start, { OpenScene, give_file, list_cases, list_shaders, take_file } from
 let scene = null;
 let given = [];
 let stopping = false;
+let turn = Promise.resolve();
 
 const acts = {
   start: ({ module }) => start({ module_or_path: module }).then(() => null),
@@ -57,7 +58,7 @@ const acts = {
   glb: () => scene.encode_glb(),
 };
 
-self.onmessage = async ({ data: { act, call, ...content } }) => {
+async function answer({ act, call, ...content }) {
   try {
     const show = (share) => self.postMessage({ call, share });
     self.postMessage({ call, answer: await acts[act](content, show) });
@@ -65,4 +66,10 @@ self.onmessage = async ({ data: { act, call, ...content } }) => {
     // After a fault of the program its memory cannot be trusted.
     self.postMessage({ call, message: error.message ?? String(error), broken: error instanceof WebAssembly.RuntimeError });
   }
+}
+
+// One act at a time uses the scene, also while a solve waits between two slices; a stop is not kept waiting.
+self.onmessage = ({ data }) => {
+  if (data.act === "stop") answer(data);
+  else turn = turn.then(() => answer(data));
 };
