@@ -57,13 +57,14 @@ impl GpuSolver<'_> {
         }
     }
 
-    /// Reads the words behind the end of a buffer; none but on a device for checks.
-    pub fn read_end(&mut self, which: MarkedBuffer) -> Result<Vec<u32>> {
+    /// Awaits the words behind the end of a buffer; none but on a device for checks.
+    pub async fn request_end(&mut self, which: MarkedBuffer) -> Result<Vec<u32>> {
         let Some((buffer, end)) = self.find_end(which).map(|(buffer, end)| (buffer.clone(), end)) else {
             return Ok(Vec::new());
         };
         let host = &mut self.context.host;
-        host.read_back(host.command_encoder(), &[(&buffer, end, buffer.size() - end)])
+        let range = (&buffer, end, buffer.size() - end);
+        host.request_values(host.command_encoder(), &[range]).await
     }
 
     /// Returns a buffer and the byte at which its elements end, if there are bytes behind.

@@ -28,10 +28,10 @@ impl CallClock {
         result
     }
 
-    /// Does work of which all calls run one shader.
-    pub(crate) fn run_stage<T>(&self, stage: &'static str, work: impl FnOnce() -> T) -> T {
+    /// Awaits work of which all calls run one shader.
+    pub(crate) async fn await_stage<T>(&self, stage: &'static str, work: impl Future<Output = T>) -> T {
         self.state().stage = Some(stage);
-        let result = work();
+        let result = work.await;
         self.state().stage = None;
         result
     }

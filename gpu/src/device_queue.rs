@@ -113,16 +113,9 @@ impl DeviceQueue {
         staging
     }
 
-    /// Waits for a read-back and returns its bytes.
-    ///
-    /// Errors: the device fails; a loop of a watched shader has no end.
-    pub fn wait_for_bytes(&self, pending: PendingRead) -> Result<Vec<u8>> {
-        pollster::block_on(self.request_bytes(pending))
-    }
-
     /// Awaits the bytes of a read-back.
     ///
-    /// Errors: those of [`Self::wait_for_bytes`].
+    /// Errors: the device fails; a loop of a watched shader has no end.
     pub async fn request_bytes(&self, pending: PendingRead) -> Result<Vec<u8>> {
         self.poll_submission(pending.submission)?;
         let lost = || self.gpu.device_error("the result could not be read back");
@@ -177,8 +170,8 @@ impl DeviceQueue {
         Ok(pod_collect_to_vec(&self.request_bytes(pending).await?))
     }
 
-    /// Reads the first `size`² pixels of a texture of IDs, row-major.
-    pub fn read_item_buffer(&mut self, texture: &wgpu::Texture, size: u32) -> Result<Vec<u32>> {
+    /// Awaits the first `size`² pixels of a texture of IDs, row-major.
+    pub async fn request_item_buffer(&mut self, texture: &wgpu::Texture, size: u32) -> Result<Vec<u32>> {
         // Rows of a texture copy are aligned to 256 bytes.
         let row = (size * 4).next_multiple_of(256);
         let staging = self.staging_buffer(u64::from(row) * u64::from(size));
@@ -197,7 +190,8 @@ impl DeviceQueue {
         );
         let pending = self.submit_mapping(encoder, staging, 0);
         Ok(self
-            .wait_for_bytes(pending)?
+            .request_bytes(pending)
+            .await?
             .chunks(row as usize)
             .flat_map(|line| pod_collect_to_vec::<u8, u32>(&line[..size as usize * 4]))
             .collect())

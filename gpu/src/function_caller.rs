@@ -29,11 +29,15 @@ impl FunctionCaller {
         }
     }
 
-    /// Calls a function with each of these arguments; returns the results, NaN where none was written. None where a user's
+    /// Calls a function with each of these arguments; awaits the results, NaN where none was written. None where a user's
     /// file has no such function, or one of other parameters.
     ///
     /// Errors: the device fails.
-    pub fn call(&mut self, call: &FunctionCall, arguments: &[CallArguments]) -> Result<Option<Vec<Vec4>>> {
+    pub async fn request_results(
+        &mut self,
+        call: &FunctionCall,
+        arguments: &[CallArguments],
+    ) -> Result<Option<Vec<Vec4>>> {
         let gpu = self.host.gpu.clone();
         // What `image_bound` and `closure` declare; the functions do not read it.
         let unread = [
@@ -58,7 +62,9 @@ impl FunctionCaller {
         let results = &table["results"];
         let range = (results, 0, results.size());
         let clock = gpu.call_clock.clone();
-        let found = clock.run_stage(call.files[0], || self.host.read_back(encoder, &[range]))?;
+        let ranges = [range];
+        let work = self.host.request_values(encoder, &ranges);
+        let found = clock.await_stage(call.files[0], work).await?;
         Ok(Some(found))
     }
 }

@@ -95,10 +95,10 @@ impl PassStages {
         self.kept_patches.fill(0);
     }
 
-    /// Links these patches, in batches of as many as lie side by side; two are always under way.
-    pub fn link_patches(
+    /// Awaits the links of these patches, in batches of as many as lie side by side; two are always under way.
+    pub async fn request_links(
         &mut self,
-        context: &mut SolverContext,
+        context: &mut SolverContext<'_>,
         patches: &[u32],
         watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<Vec<PatchClosure>> {
@@ -119,7 +119,7 @@ impl PassStages {
             let Some(flight) = flights.pop_front() else {
                 return Ok(closures);
             };
-            for closure in self.land_links(context, flight)? {
+            for closure in self.land_links(context, flight).await? {
                 closures.push(closure);
                 ended |= watch(closures.len()).is_break();
             }
@@ -164,8 +164,8 @@ impl PassStages {
         }
     }
 
-    fn land_links(&mut self, context: &SolverContext, flight: LinksInFlight) -> Result<Vec<PatchClosure>> {
-        let bytes = context.host.wait_for_bytes(flight.pending)?;
+    async fn land_links(&mut self, context: &SolverContext<'_>, flight: LinksInFlight) -> Result<Vec<PatchClosure>> {
+        let bytes = context.host.request_bytes(flight.pending).await?;
         self.pace.record_landing(flight.start, flight.patches.len() as u32);
         let records: Vec<ShotRecord> = pod_collect_to_vec(&bytes);
         let closures = flight.patches.iter().zip(&records).map(|(patch, record)| {
@@ -182,8 +182,8 @@ impl PassStages {
         closures.collect()
     }
 
-    /// Exchanges flux between patches: one dispatch over the receivers, one read-back.
-    pub fn exchange_flux(&mut self, context: &mut SolverContext, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
+    /// Awaits the exchange of flux between patches: one dispatch over the receivers, one read-back.
+    pub async fn request_flux(&mut self, context: &mut SolverContext<'_>, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
         let host = &mut context.host;
         host.write(&self.table["shot"], &pad_colours(radiosity));
         let flux = &self.table["flux"];
@@ -193,7 +193,7 @@ impl PassStages {
         let groups = host.split_workgroups(radiosity.len().div_ceil(PATCH_SUM_LANES));
         self.exchange
             .dispatch_groups(&mut encoder.begin_compute_pass(&Default::default()), groups);
-        let flux: Vec<Vec4> = host.read_back(encoder, &[(flux, 0, bytes)])?;
+        let flux: Vec<Vec4> = host.request_values(encoder, &[(flux, 0, bytes)]).await?;
         if flux.iter().any(|flux| flux.w != 1.0) {
             let text = "the exchange between patches was not made";
             return Err(host.gpu.stage_error("exchange", text));
@@ -201,9 +201,14 @@ impl PassStages {
         Ok(flux.iter().map(|flux| flux.truncate()).collect())
     }
 
-    /// Gathers all shots at the texels, one range of patches after the other; links that are no longer kept are
-    /// made again.
-    pub fn gather_light(&mut self, context: &mut SolverContext, shot: &[Vec3], unshot: &[Vec3]) -> Result<()> {
+    /// Gathers all shots at the texels, one range of patches after the other, and awaits the end; links that are no longer kept
+    /// are made again.
+    pub async fn request_gather(
+        &mut self,
+        context: &mut SolverContext<'_>,
+        shot: &[Vec3],
+        unshot: &[Vec3],
+    ) -> Result<()> {
         let (b, texels) = (&context.buffers, &context.mesh.texels);
         let emission: Vec<Vec4> = texels.iter().map(|t| t.emission.extend(0.0)).collect();
         context.host.write(&b.table["radiosity"], &emission);
@@ -218,22 +223,23 @@ impl PassStages {
                 .filter(|k| shot[*k] != Vec3::ZERO)
                 .map(|k| k as u32)
                 .collect();
-            self.make_rows(context, &shooters)?;
+            self.request_rows(context, &shooters).await?;
             self.write_params(context, [first as u32, end as u32]);
             self.dispatch_over_texels(context, shot, &self.gather, groups[0]);
         }
         let last = self.dispatch_over_texels(context, unshot, &self.update_radiosity, groups[2]);
-        context.host.wait_for_submission(last)
+        context.host.request_submission(last).await
     }
 
-    /// Makes the links of these patches that are not kept.
-    pub fn make_rows(&mut self, context: &mut SolverContext, patches: &[u32]) -> Result<()> {
+    /// Awaits the links of these patches that are not kept.
+    pub async fn request_rows(&mut self, context: &mut SolverContext<'_>, patches: &[u32]) -> Result<()> {
         let places = self.kept_patches.len() as u32;
         let missing: Vec<u32> = (patches.iter().copied())
             .filter(|k| self.kept_patches[(k % places) as usize] != k + 1)
             .collect();
         if !missing.is_empty() {
-            self.link_patches(context, &missing, &mut |_| ControlFlow::Continue(()))?;
+            self.request_links(context, &missing, &mut |_| ControlFlow::Continue(()))
+                .await?;
         }
         Ok(())
     }

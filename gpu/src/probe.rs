@@ -69,27 +69,27 @@ impl LinkProbe {
         &self.slots.table["transfers"]
     }
 
-    /// Makes the links of a patch by `rule`; `each` receives the results of every sample.
-    pub fn probe_links(
+    /// Awaits the links of a patch by `rule`; `each` receives the results of every sample.
+    pub async fn request_links(
         &self,
-        context: &mut SolverContext,
+        context: &mut SolverContext<'_>,
         (patch, rule): (u32, DepositRule),
         each: &mut dyn FnMut(ProbedSample),
     ) -> Result<ProbedRow> {
         self.write_shot(context, patch, rule);
         for _ in 0..context.mesh.samples {
-            each(self.probe_sample(context, patch)?);
+            each(self.request_sample(context, patch).await?);
         }
-        self.probe_row(context, patch)
+        self.request_row(context, patch).await
     }
 
-    /// Makes the first sample of a patch by its item buffer after each of so many `changes`; the links must be made again.
+    /// Awaits the first sample of a patch by its item buffer after each of so many `changes`; the links must be made again.
     /// With visibility by rays nothing is made.
-    pub fn probe_changed_buffers(
+    pub async fn request_changed_buffers(
         &self,
-        context: &mut SolverContext,
+        context: &mut SolverContext<'_>,
         patch: u32,
-        (changes, change): (u32, BufferChange),
+        (changes, change): (u32, BufferChange<'_>),
         each: &mut dyn FnMut(ProbedSample),
     ) -> Result<()> {
         let Visibility::ItemBuffer(drawing) = context.transport.visibility else {
@@ -99,13 +99,13 @@ impl LinkProbe {
         let encoder = self.record_steps(context, patch, &[LinkStep::Draw]);
         context.host.submit_work(encoder);
         let texture = &self.slots.item_buffer;
-        let drawn = context.host.read_item_buffer(texture, drawing.size)?;
+        let drawn = context.host.request_item_buffer(texture, drawing.size).await?;
         for n in 0..changes {
             let mut ids = drawn.clone();
             change(n, &mut ids);
             context.host.write_item_buffer(texture, drawing.size, &ids);
             let encoder = self.record_steps(context, patch, &[LinkStep::Links]);
-            let (aim, sums) = self.read_sample(context, encoder)?;
+            let (aim, sums) = self.request_sums(context, encoder).await?;
             each(ProbedSample {
                 aim,
                 ids,
@@ -142,15 +142,15 @@ impl LinkProbe {
         encoder
     }
 
-    fn probe_sample(&self, context: &mut SolverContext, patch: u32) -> Result<ProbedSample> {
+    async fn request_sample(&self, context: &mut SolverContext<'_>, patch: u32) -> Result<ProbedSample> {
         let encoder = self.record_steps(context, patch, &[LinkStep::Draw, LinkStep::Links]);
-        let (aim, sums) = self.read_sample(context, encoder)?;
+        let (aim, sums) = self.request_sums(context, encoder).await?;
         let (mut ids, mut room_ids) = (Vec::new(), Vec::new());
         if let Visibility::ItemBuffer(drawing) = context.transport.visibility {
             let (slots, host) = (&self.slots, &mut context.host);
-            ids = host.read_item_buffer(&slots.item_buffer, drawing.size)?;
+            ids = host.request_item_buffer(&slots.item_buffer, drawing.size).await?;
             if let Some(room) = &slots.room_buffer {
-                room_ids = host.read_item_buffer(room.texture(), drawing.size)?;
+                room_ids = host.request_item_buffer(room.texture(), drawing.size).await?;
             }
         }
         Ok(ProbedSample {
@@ -161,22 +161,22 @@ impl LinkProbe {
         })
     }
 
-    /// Submits work and reads the frame of a sample and the sums after it.
-    fn read_sample(
+    /// Submits work, and awaits the frame of a sample and the sums after it.
+    async fn request_sums(
         &self,
-        context: &mut SolverContext,
+        context: &mut SolverContext<'_>,
         encoder: wgpu::CommandEncoder,
     ) -> Result<(SampleView, Vec<Vec4>)> {
         let table = &self.slots.table;
         let texels = 16 * context.mesh.texels.len() as u64;
         let ranges = [(&table["shots"], 0, SHOT_BYTES), (&table["sums"], 0, texels)];
-        let bytes: Vec<u8> = context.host.read_back(encoder, &ranges)?;
+        let bytes: Vec<u8> = context.host.request_values(encoder, &ranges).await?;
         let (shot, sums) = bytes.split_at(SHOT_BYTES as usize);
         let record = pod_collect_to_vec::<u8, ShotRecord>(shot)[0];
         Ok((record.sample_view(), pod_collect_to_vec(sums)))
     }
 
-    fn probe_row(&self, context: &mut SolverContext, patch: u32) -> Result<ProbedRow> {
+    async fn request_row(&self, context: &mut SolverContext<'_>, patch: u32) -> Result<ProbedRow> {
         let encoder = self.record_steps(context, patch, &[LinkStep::Escape, LinkStep::Sums]);
         let mesh = context.mesh;
         let [texels, takers] = [mesh.texels.len(), mesh.patches.len()].map(|count| 4 * count as u64);
@@ -187,7 +187,7 @@ impl LinkProbe {
             (&context.buffers.table["links"], place * texels, texels),
             (&table["transfers"], 0, takers),
         ];
-        let bytes: Vec<u8> = context.host.read_back(encoder, &ranges)?;
+        let bytes: Vec<u8> = context.host.request_values(encoder, &ranges).await?;
         let (shot, rest) = bytes.split_at(SHOT_BYTES as usize);
         let (links, transfers) = rest.split_at(texels as usize);
         let record = pod_collect_to_vec::<u8, ShotRecord>(shot)[0];

@@ -73,9 +73,9 @@ impl<'a> GpuSolver<'a> {
         pollster::block_on(Self::request_with(gpu, mesh, transport, faults, bytes))
     }
 
-    /// Awaits a solver in its initial state, and what the device says of its buffers and shaders.
-    pub async fn request(gpu: &Gpu, mesh: &'a Mesh, transport: &Transport) -> Result<Self> {
-        Self::request_with(gpu, mesh, transport, &[], MAX_LINK_BYTES).await
+    /// Awaits a solver of [`Self::with_faults`], and what the device says of its buffers and shaders.
+    pub async fn request(gpu: &Gpu, mesh: &'a Mesh, transport: &Transport, faults: &[ShaderFault]) -> Result<Self> {
+        Self::request_with(gpu, mesh, transport, faults, MAX_LINK_BYTES).await
     }
 
     async fn request_with(
@@ -109,10 +109,10 @@ impl<'a> GpuSolver<'a> {
         Ok(solver)
     }
 
-    /// Returns a fresh solver of another mesh with the same shaders, which keeps the links of one patch.
-    pub fn remade_for<'m>(&self, mesh: &'m Mesh) -> Result<GpuSolver<'m>> {
+    /// Awaits a fresh solver of another mesh with the same shaders, which keeps the links of one patch.
+    pub async fn request_for<'m>(&self, mesh: &'m Mesh) -> Result<GpuSolver<'m>> {
         let SolverContext { host, transport, .. } = &self.context;
-        GpuSolver::with_budget(&host.gpu, mesh, transport, &self.maker.faults, 0)
+        GpuSolver::request_with(&host.gpu, mesh, transport, &self.maker.faults, 0).await
     }
 
     /// Returns the mesh.
@@ -131,8 +131,8 @@ impl<'a> GpuSolver<'a> {
         match self.context.transport.visibility {
             Visibility::Rays => Ok(Vec::new()),
             Visibility::ItemBuffer(drawing) => {
-                let size = drawing.size;
-                self.context.host.read_item_buffer(&self.slots.item_buffer, size)
+                let host = &mut self.context.host;
+                pollster::block_on(host.request_item_buffer(&self.slots.item_buffer, drawing.size))
             }
         }
     }
@@ -239,7 +239,7 @@ impl<'a> GpuSolver<'a> {
     }
 }
 
-/// What a caller awaits. A page may not wait: there these functions take the place of [`Shoot`].
+/// What a caller awaits. A page may not wait: there these functions take the place of [`Shoot`] and [`Exchange`].
 impl GpuSolver<'_> {
     /// Awaits the outcome of shots from the largest unshot power first until the schedule is met; `watch` receives every
     /// shot and the emitted power.
@@ -282,6 +282,17 @@ impl GpuSolver<'_> {
         })
     }
 
+    /// Awaits the shot of one patch.
+    pub async fn request_shot(&mut self, patch: u32) -> Result<Shot> {
+        let mut done = None;
+        let mut watch = |shot: &Shot| {
+            done = Some(*shot);
+            ControlFlow::Continue(())
+        };
+        self.request_shots(ShotOrder::Replay(&[patch]), 1, &mut watch).await?;
+        done.ok_or_else(|| self.context.host.gpu.stage_error("select", "a shot left no record"))
+    }
+
     /// Awaits the shots of [`Shoot::run`]. Two batches are under way: the host reads the log of one while the next one
     /// runs.
     pub async fn request_shots(
@@ -321,18 +332,39 @@ impl GpuSolver<'_> {
     }
 }
 
+/// What a caller of passes awaits.
+impl GpuSolver<'_> {
+    /// Awaits the links of [`Exchange::make_links`].
+    pub async fn request_links(
+        &mut self,
+        patches: &[u32],
+        watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<Vec<PatchClosure>> {
+        let (context, passes) = self.prepare_passes()?;
+        passes.request_links(context, patches, watch).await
+    }
+
+    /// Awaits the flux of [`Exchange::exchange_flux`].
+    pub async fn request_flux(&mut self, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
+        let (context, passes) = self.prepare_passes()?;
+        passes.request_flux(context, radiosity).await
+    }
+
+    /// Awaits the field of [`Exchange::gather_field`].
+    pub async fn request_gather(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<RadiosityField> {
+        let (context, passes) = self.prepare_passes()?;
+        passes.request_gather(context, shot, unshot).await?;
+        self.request_field().await
+    }
+}
+
 impl Shoot for GpuSolver<'_> {
     fn patch_power(&mut self) -> Result<Vec<f32>> {
         pollster::block_on(self.request_power())
     }
 
     fn shoot(&mut self, patch: u32) -> Result<Shot> {
-        let mut done = None;
-        self.run(ShotOrder::Replay(&[patch]), 1, &mut |shot| {
-            done = Some(*shot);
-            ControlFlow::Continue(())
-        })?;
-        done.ok_or_else(|| self.context.host.gpu.stage_error("select", "a shot left no record"))
+        pollster::block_on(self.request_shot(patch))
     }
 
     fn read_field(&mut self) -> Result<RadiosityField> {
@@ -383,18 +415,14 @@ impl Exchange for GpuSolver<'_> {
         patches: &[u32],
         watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<Vec<PatchClosure>> {
-        let (context, passes) = self.prepare_passes()?;
-        passes.link_patches(context, patches, watch)
+        pollster::block_on(self.request_links(patches, watch))
     }
 
     fn exchange_flux(&mut self, radiosity: &[Vec3]) -> Result<Vec<Vec3>> {
-        let (context, passes) = self.prepare_passes()?;
-        passes.exchange_flux(context, radiosity)
+        pollster::block_on(self.request_flux(radiosity))
     }
 
     fn gather_field(&mut self, shot: &[Vec3], unshot: &[Vec3]) -> Result<RadiosityField> {
-        let (context, passes) = self.prepare_passes()?;
-        passes.gather_light(context, shot, unshot)?;
-        self.read_field()
+        pollster::block_on(self.request_gather(shot, unshot))
     }
 }

@@ -55,7 +55,7 @@ fn awaited_run_equals_the_one_that_waits() {
         let expected = shoot_freely(&mut gpu_solver(&mesh, &transport, &[]), &schedule);
         let mut watched = Vec::new();
         let awaited = pollster::block_on(async {
-            let mut solver = GpuSolver::request(shared_gpu(), &mesh, &transport).await?;
+            let mut solver = GpuSolver::request(shared_gpu(), &mesh, &transport, &[]).await?;
             let mut keep_shot = |shot: &Shot, emitted| {
                 assert_eq!(emitted, expected.emitted);
                 watched.push(*shot);

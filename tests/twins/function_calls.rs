@@ -6,6 +6,7 @@ use gpu::function_calls::FUNCTION_CALLS;
 use gpu::{Gpu, ShaderFault, ShaderFile, ShaderStage};
 use oracle::compare::comparison::StageCheck;
 use oracle::compare::function_calls::{check_link_functions, check_shooting_functions};
+use pollster::block_on;
 use radiosity_tests::engines::shared_gpu;
 use radiosity_tests::lit_room;
 use radiosity_tests::shader_faults::assert_faults_noticed;
@@ -18,7 +19,7 @@ fn check_functions(gpu: &Gpu, faults: &[ShaderFault]) -> Vec<StageCheck> {
         visibility: Visibility::with_item_buffer(ItemBufferProjection::Stereographic, 64),
         ..Transport::default()
     };
-    let mut checks = check_shooting_functions(&mesh, &transport, (gpu, faults)).unwrap();
+    let mut checks = block_on(check_shooting_functions(&mesh, &transport, (gpu, faults))).unwrap();
     checks.extend(check_link_functions(gpu, faults).unwrap());
     checks
 }

@@ -10,6 +10,7 @@ use cpu::shader_twins::link::texel_form_factor;
 use gpu::{GpuSolver, ShaderFault};
 use oracle::compare::comparison::{DifferingValue, StageCheck, StageDifference};
 use oracle::compare::stages::{check_relit_stages, check_stages, relit_mesh};
+use pollster::block_on;
 use radiosity_tests::box_in_room;
 use radiosity_tests::engines::{hemicube, item_buffer, mesh_scene, settings_of, shared_gpu};
 use radiosity_tests::shader_faults::assert_faults_noticed;
@@ -18,7 +19,7 @@ use radiosity_tests::shader_faults::assert_faults_noticed;
 fn checks_with_faults(mesh: &Mesh, transport: &Transport, faults: &[ShaderFault]) -> Result<Vec<StageCheck>> {
     let gpu = shared_gpu().for_checks();
     let mut solver = GpuSolver::with_faults(&gpu, mesh, transport, faults)?;
-    Ok(check_stages(mesh, transport, &Rays::new(mesh), &mut solver)?.checks)
+    Ok(block_on(check_stages(mesh, transport, &Rays::new(mesh), &mut solver))?.checks)
 }
 
 /// Returns the stages that fail, or the host's refusal.
@@ -72,7 +73,7 @@ fn fault_of_relighting_fails_its_own_stage_only() {
         let transport = settings_of([4, 1, 2], visibility, 1e-3).transport;
         assert_faults_noticed(check, |faults| {
             let mut solver = GpuSolver::with_faults(shared_gpu(), &mesh, &transport, faults).unwrap();
-            let checks = check_relit_stages(&mesh, &transport, &mut solver).unwrap();
+            let checks = block_on(check_relit_stages(&mesh, &transport, &mut solver)).unwrap();
             let failing = checks.into_iter().filter(|stage| !stage.agree);
             failing.map(|stage| stage.name).collect()
         });

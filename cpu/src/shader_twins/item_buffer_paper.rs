@@ -23,11 +23,11 @@ pub fn draw_triangles(faces: &[MeshFace], view: &ShooterView, target: &mut ItemB
 
 /// A projected vertex.
 #[derive(Clone, Copy)]
-struct ProjectedVertex {
+pub struct ProjectedVertex {
     /// Position in pixels.
-    pixel: Vec2,
+    pub pixel: Vec2,
     /// Table 3's depth, moved from −1…1 to 0…1.
-    depth: f32,
+    pub depth: f32,
 }
 
 struct TriangleRaster<'a> {
@@ -83,7 +83,7 @@ impl TriangleRaster<'_> {
 }
 
 /// Returns a corner of a face as a vertex.
-fn draw_vertex(view: &ShooterView, face: &MeshFace, corner: usize) -> ProjectedVertex {
+pub fn draw_vertex(view: &ShooterView, face: &MeshFace, corner: usize) -> ProjectedVertex {
     // Table 3, line 3; lines 4 to 6 are `project_direction`; line 7, where v.z is negative in front, is `printed`.
     let local = view.frame.to_local(face.corners[corner]);
     let z = local.z * view.unit;

@@ -18,7 +18,7 @@ pub mod hierarchy_types;
 pub mod image_bound;
 pub mod intersect;
 pub mod item_buffer;
-mod item_buffer_paper;
+pub mod item_buffer_paper;
 pub mod link;
 pub mod link_bounds;
 pub mod link_factors;

@@ -76,7 +76,8 @@ impl LinkProbe {
             .map(|(name, words)| (&self.table[name], 0, 4 * *words as u64))
             .collect();
         let clock = self.host.gpu.call_clock.clone();
-        let mut words: Vec<u32> = clock.run_stage(file, || self.host.read_back(encoder, &ranges))?;
+        let work = self.host.request_values(encoder, &ranges);
+        let mut words: Vec<u32> = pollster::block_on(clock.await_stage(file, work))?;
         let split = made.iter().map(|(_, count)| {
             let rest = words.split_off(*count);
             std::mem::replace(&mut words, rest)

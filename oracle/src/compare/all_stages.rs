@@ -1,10 +1,9 @@
 //! Runs the checks of all stages of progressive shooting, of their races, of single functions, and of a relight.
 
 use super::checked_stages::CheckedStages;
-use super::comparison::{ComparisonRequest, StageCheck};
+use super::comparison::StageCheck;
 use super::function_calls::check_shooting_functions;
 use super::{races, stages};
-use crate::solve::progress::ProgressMonitor;
 use common::Result;
 use common::mesh::Mesh;
 use common::rays::Rays;
@@ -12,37 +11,38 @@ use common::scene::Scene;
 use common::settings::{Settings, Transport};
 use gpu::{Gpu, GpuSolver, ShaderFault};
 
-/// Checks all stages of a solver, those of a relight among them, and their races, each on equal inputs.
+/// Checks all stages of a solver, those of a relight among them, and their races, each on equal inputs; `faults` are planted in
+/// the shaders.
 ///
-/// Errors: the device fails; `watch` interrupts.
-pub fn check_all_stages(
+/// Errors: the device fails.
+pub async fn check_all_stages(
     scene: &Scene,
-    mesh: &Mesh,
-    rays: &Rays,
-    (settings, request): (&Settings, &ComparisonRequest),
-    watch: &ProgressMonitor,
+    (mesh, rays): (&Mesh, &Rays),
+    settings: &Settings,
+    (gpu, faults): (&Gpu, &[ShaderFault]),
 ) -> Result<CheckedStages> {
-    watch.begin_phase("WGSL against twin")?;
-    let watched = request.gpu.for_checks();
-    let mut solver = GpuSolver::with_faults(&watched, mesh, &settings.transport, request.faults)?;
-    let mut checked = stages::check_stages(mesh, &settings.transport, rays, &mut solver)?;
-    checked.checks.append(&mut races::race_checks(&watched)?);
-    if checked.refusal.is_none() {
-        let called = check_shooting_functions(mesh, &settings.transport, (request.gpu, request.faults));
-        let relit = called.and_then(|called| {
-            checked.checks.extend(called);
-            check_relit_scene(scene, settings, (&watched, request.faults))
-        });
-        match relit {
-            Ok(mut checks) => checked.checks.append(&mut checks),
-            Err(error) => checked.take_refusal(error)?,
-        }
+    let watched = gpu.for_checks();
+    let transport = &settings.transport;
+    let mut solver = GpuSolver::request(&watched, mesh, transport, faults).await?;
+    let mut checked = stages::check_stages(mesh, transport, rays, &mut solver).await?;
+    checked.checks.append(&mut races::race_checks(&watched).await?);
+    if checked.refusal.is_some() {
+        return Ok(checked);
+    }
+    let mut others = check_shooting_functions(mesh, transport, (gpu, faults)).await;
+    if let Ok(called) = &mut others {
+        checked.checks.append(called);
+        others = check_relit_scene(scene, settings, (&watched, faults)).await;
+    }
+    match others {
+        Ok(mut relit) => checked.checks.append(&mut relit),
+        Err(error) => checked.take_refusal(error)?,
     }
     Ok(checked)
 }
 
 /// Checks the stages of a relight of the scene, with some of its faces as objects. Links that are compared are not scaled.
-fn check_relit_scene(
+async fn check_relit_scene(
     scene: &Scene,
     settings: &Settings,
     (watched, faults): (&Gpu, &[ShaderFault]),
@@ -54,6 +54,6 @@ fn check_relit_scene(
         conserve: false,
         ..settings.transport
     };
-    let mut solver = GpuSolver::with_faults(watched, &mesh, &transport, faults)?;
-    stages::check_relit_stages(&mesh, &transport, &mut solver)
+    let mut solver = GpuSolver::request(watched, &mesh, &transport, faults).await?;
+    stages::check_relit_stages(&mesh, &transport, &mut solver).await
 }

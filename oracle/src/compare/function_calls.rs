@@ -52,7 +52,7 @@ struct CheckedFunction<'a> {
 /// Checks the functions that solves by shots call.
 ///
 /// Errors: the device fails.
-pub fn check_shooting_functions(
+pub async fn check_shooting_functions(
     mesh: &Mesh,
     transport: &Transport,
     (gpu, faults): (&Gpu, &[ShaderFault]),
@@ -141,7 +141,7 @@ pub fn check_shooting_functions(
             }),
         });
     }
-    check_functions(&checked, (gpu, faults))
+    check_functions(&checked, (gpu, faults)).await
 }
 
 /// Returns the functions that place sample points on texels.
@@ -288,11 +288,17 @@ pub fn check_link_functions(gpu: &Gpu, faults: &[ShaderFault]) -> Result<Vec<Sta
             outline_point(&[a, b, c, d], [uv.x, uv.y])
         }),
     };
-    check_functions(&[points, node_points, counts, deviations], (gpu, faults))
+    pollster::block_on(check_functions(
+        &[points, node_points, counts, deviations],
+        (gpu, faults),
+    ))
 }
 
 /// Checks functions; calls of one function that follow each other are one check.
-fn check_functions(checked: &[CheckedFunction], (gpu, faults): (&Gpu, &[ShaderFault])) -> Result<Vec<StageCheck>> {
+async fn check_functions(
+    checked: &[CheckedFunction<'_>],
+    (gpu, faults): (&Gpu, &[ShaderFault]),
+) -> Result<Vec<StageCheck>> {
     let mut checks = Vec::new();
     for same in checked.chunk_by(|a, b| a.function == b.function) {
         let function = same[0].function;
@@ -311,7 +317,10 @@ fn check_functions(checked: &[CheckedFunction], (gpu, faults): (&Gpu, &[ShaderFa
         } in same
         {
             let found = match FunctionCall::find(function) {
-                Some(call) => FunctionCaller::new(gpu, transport, faults).call(call, arguments)?,
+                Some(call) => {
+                    let mut caller = FunctionCaller::new(gpu, transport, faults);
+                    caller.request_results(call, arguments).await?
+                }
                 None => None,
             };
             for (k, (arguments, found)) in arguments.iter().zip(found.into_iter().flatten()).enumerate() {

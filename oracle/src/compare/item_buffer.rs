@@ -1,6 +1,7 @@
 //! Compares the pixels of the GPU's item buffer with those of the CPU twin. The checks of stages and of visibility call
 //! it.
 
+use super::snapped_triangles;
 use super::statistics::{Elements, ErrorTally, ValueSource};
 use common::constants::{DEPTH_SCALE, OUTLINE_MARGIN};
 use common::intersect::intersect_face;
@@ -18,42 +19,28 @@ const MAX_PIXELS_PER_VIEW: usize = 64;
 /// root, each up to 5 ulp in WGSL.
 const MAX_RAY_ROUNDINGS: f32 = 32.0;
 
-/// Largest share of boundary pixels that may differ in an item buffer of `paper`. Rasterisers may snap vertices to
-/// 1/256 pixel, and the rounding of a vertex is smaller: 2 of 256 pixel centres on a boundary lie that close to an
-/// edge. Doubled, because a boundary pixel has edges on two sides.
-pub const PIXEL_SHARE: f64 = 4.0 / 256.0;
-
 /// Names of the values of a pixel.
 const VALUE_NAMES: [&str; 2] = ["face + 1", "number of pixels"];
 const FACE_NUMBER: usize = 0;
 const PIXEL_COUNT: usize = 1;
 
-/// Returns the bound of a tally of pixels, and its reason.
-pub fn pixel_bound(projection: Option<ItemBufferProjection>) -> (f64, &'static str) {
-    match projection {
-        Some(ItemBufferProjection::Paper) => (
-            PIXEL_SHARE,
-            "pixels that differ, over pixels on an ID boundary: vertices snap to 1/256 pixel",
-        ),
-        _ => (
-            0.0,
-            "pixels that show a different face from the one that their ray meets, with no edge within rounding",
-        ),
-    }
-}
-
-/// Starts a tally of pixels.
-pub fn pixel_tally(name: &'static str, bound: f64, reason: &'static str) -> ErrorTally {
+/// Starts a tally of pixels that show another face than they may.
+pub fn pixel_tally(name: &'static str, projection: Option<ItemBufferProjection>) -> ErrorTally {
     let pixels = Elements {
         name: "pixel",
         count: 0,
         lanes: 1,
     };
-    ErrorTally::new(name, (bound, reason), pixels, &VALUE_NAMES)
+    let reason = match projection {
+        Some(ItemBufferProjection::Paper) => {
+            "pixels that differ from the twin's, though no vertex within a step of the rasteriser's grid decides them"
+        }
+        _ => "pixels that show a different face from the one that their ray meets, with no edge within rounding",
+    };
+    ErrorTally::new(name, (0.0, reason), pixels, &VALUE_NAMES)
 }
 
-/// Checks all pixels of a view. Counts 1 for each different pixel that rounding does not decide; `paper`, which draws
-/// triangles, gives the number of different pixels over the number of boundary pixels.
+/// Checks all pixels of a view. Counts 1 for each different pixel that rounding does not decide.
 pub fn check_all_pixels(
     mesh: &Mesh,
     view: &ShooterView,
@@ -67,29 +54,15 @@ pub fn check_all_pixels(
         return tally.add(source, [0, PIXEL_COUNT], lengths, f64::NAN);
     }
     let differing: Vec<usize> = (0..twin.ids.len()).filter(|k| twin.ids[*k] != buffer.ids[*k]).collect();
-    let ids = |k: usize| [buffer.ids[k], twin.ids[k]];
-    match view.projection {
-        ItemBufferProjection::Paper => {
-            let boundary = boundary_pixels(&twin).count().max(1);
-            let k = differing.first().copied().unwrap_or(0);
-            tally.add(
-                source,
-                [k, FACE_NUMBER],
-                ids(k),
-                differing.len() as f64 / boundary as f64,
-            );
-        }
-        _ => {
-            tally.add_equal((twin.ids.len() - differing.len()) as u64);
-            for k in differing {
-                let wrong = !decided_by_rounding(mesh, view, k as u32, buffer.ids[k]);
-                tally.add(source, [k, FACE_NUMBER], ids(k), f64::from(u8::from(wrong)));
-            }
-        }
+    tally.add_equal((twin.ids.len() - differing.len()) as u64);
+    for k in differing {
+        let ids = [buffer.ids[k], twin.ids[k]];
+        let wrong = !may_show(mesh, view, k as u32, ids[0]);
+        tally.add(source, [k, FACE_NUMBER], ids, f64::from(u8::from(wrong)));
     }
 }
 
-/// Checks some boundary pixels of a view, where errors are most likely; not for `paper`, which draws triangles.
+/// Checks some boundary pixels of a view, where errors are most likely.
 pub fn check_boundary_pixels(
     mesh: &Mesh,
     view: &ShooterView,
@@ -97,16 +70,13 @@ pub fn check_boundary_pixels(
     source: ValueSource,
     tally: &mut ErrorTally,
 ) {
-    if view.projection == ItemBufferProjection::Paper {
-        return;
-    }
     let all: Vec<usize> = boundary_pixels(buffer).collect();
     let step = all.len().div_ceil(MAX_PIXELS_PER_VIEW).max(1);
     let checked: Vec<usize> = all.into_iter().step_by(step).collect();
-    let of = |k: &usize| !decided_by_rounding(mesh, view, *k as u32, buffer.ids[*k]);
+    let of = |k: &usize| !may_show(mesh, view, *k as u32, buffer.ids[*k]);
     let wrong: Vec<bool> = checked.par_iter().map(of).collect();
     for (k, wrong) in checked.into_iter().zip(wrong) {
-        let shown = |id: &u32| twin_shows(mesh, view, k as u32, Vec2::ZERO, *id);
+        let shown = |id: &u32| may_show(mesh, view, k as u32, *id);
         let twin = match wrong {
             true => (0..=mesh.faces.len() as u32).find(shown).unwrap_or(0),
             false => buffer.ids[k],
@@ -132,6 +102,14 @@ pub fn boundary_pixels(buffer: &ItemBuffer) -> impl Iterator<Item = usize> {
     let ids = &buffer.ids;
     (0..ids.len())
         .filter(move |k| (k % n + 1 < n && ids[*k] != ids[k + 1]) || (k + n < ids.len() && ids[*k] != ids[k + n]))
+}
+
+/// True if pixel `k` may show face `id` − 1, or nothing for 0.
+fn may_show(mesh: &Mesh, view: &ShooterView, k: u32, id: u32) -> bool {
+    match view.projection {
+        ItemBufferProjection::Paper => snapped_triangles::may_show(mesh, view, k, id),
+        _ => decided_by_rounding(mesh, view, k, id),
+    }
 }
 
 /// True if a ray through pixel `k`, moved within rounding, meets `id`.

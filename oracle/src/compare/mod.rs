@@ -8,7 +8,7 @@
 //! and its bound follows from the scene's silhouettes ([`visibility_bound`]). Where solvers differ, the shot, texel and
 //! factor in which they part are found by following both ([`divergence`]).
 
-mod all_stages;
+pub mod all_stages;
 pub mod checked_stages;
 pub mod comparison;
 pub mod criteria;
@@ -23,6 +23,7 @@ pub mod parting;
 pub mod presets;
 mod races;
 pub mod roundings;
+mod snapped_triangles;
 pub mod stages;
 pub mod statistics;
 pub mod truth;
@@ -49,6 +50,7 @@ use common::{Error, Result};
 use cpu::CpuSolver;
 use cpu::hierarchy::sky::{SKY_ERROR, receive_sky};
 use gpu::GpuSolver;
+use pollster::block_on;
 use visibility::{LinkRows, VisibilityCheck};
 use visibility_bound::VisibilityBound;
 
@@ -70,7 +72,14 @@ pub fn compare_shooting(scene: &Scene, request: &ComparisonRequest, watch: &Prog
     }
     let settings = gpu_settings.with_visibility(Visibility::Rays);
     let (cpu, cpu_seconds) = solve_timed(&mut cpu_solver, &mesh, &settings, ("CPU", watch))?;
-    let checked = check_all_stages(scene, &mesh, cpu_solver.rays(), (&gpu_settings, request), watch)?;
+    watch.begin_phase("WGSL against twin")?;
+    let inputs = (&mesh, cpu_solver.rays());
+    let checked = block_on(check_all_stages(
+        scene,
+        inputs,
+        &gpu_settings,
+        (request.gpu, request.faults),
+    ))?;
     let solvers = (&mut cpu_solver, &mut gpu_solver);
     let mut found = GpuSolves::new(checked, (&mesh, &gpu_settings, request), solvers, &cpu, watch)?;
     watch.begin_phase("verdict")?;

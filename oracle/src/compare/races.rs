@@ -6,11 +6,15 @@ use common::Result;
 use gpu::Gpu;
 use stage_check::races::RaceReport;
 
-/// Returns a check for each shader that has counted accesses.
+/// Awaits a check for each shader that has counted accesses.
 ///
 /// Errors: the device fails.
-pub fn race_checks(gpu: &Gpu) -> Result<Vec<StageCheck>> {
-    let counted = gpu.read_races()?.into_iter().filter(|(_, report)| report.accesses > 0);
+pub async fn race_checks(gpu: &Gpu) -> Result<Vec<StageCheck>> {
+    let counted = gpu
+        .request_races()
+        .await?
+        .into_iter()
+        .filter(|(_, report)| report.accesses > 0);
     let check = |(file, report): (&str, RaceReport)| {
         let first = report.first.as_ref().map(|race| DifferingValue {
             element: race.element_label(),

@@ -210,11 +210,10 @@ struct VisibilityTallies {
 impl VisibilityTallies {
     fn new(mesh: &Mesh, transport: &Transport) -> Self {
         let factor = StageRoundings::of(mesh, transport).links_of_both;
+        let projection = transport.visibility.item_buffer().map(|drawing| drawing.projection);
         let links = "ulp of links with equal visibility: form factors and disc weights, one addition per sample";
         let lookup = "pairs on which pixels and rays differ, but not by the twin's lookup in the same pixels";
         let escape = "directions of 1024 counted differently: a ray through an edge";
-        let pixels =
-            "a pixel on a boundary shows a different face from the one its ray meets, though no rounding decides it";
         let elements = |name, count, lanes| Elements { name, count, lanes };
         let texels = elements("texel", mesh.texels.len(), PATCH_SUM_LANES);
         let patches = elements("patch", mesh.patches.len(), 1);
@@ -233,7 +232,7 @@ impl VisibilityTallies {
                 patches,
                 &["escaped share"],
             ),
-            pixels: pixel_tally("item buffer, all silhouettes", 0.0, pixels),
+            pixels: pixel_tally("item buffer, all silhouettes", projection),
         }
     }
 

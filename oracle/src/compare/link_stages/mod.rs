@@ -293,7 +293,7 @@ impl LinkStages {
             .into_iter()
             .partition(|tally| tally.is_reached());
         let mut checks: Vec<StageCheck> = reached.into_iter().map(|tally| tally.stage_check()).collect();
-        checks.append(&mut race_checks(&self.watched)?);
+        checks.append(&mut pollster::block_on(race_checks(&self.watched))?);
         Ok(CheckedStages {
             checks,
             unreached: others.into_iter().map(|tally| tally.name).collect(),

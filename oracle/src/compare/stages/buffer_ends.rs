@@ -20,7 +20,7 @@ pub fn mark_ends(solver: &GpuSolver, buffers: &[MarkedBuffer]) {
 /// Checks that the marks are still there, each by the tally of the stage that writes the buffer.
 ///
 /// Errors: the device fails.
-pub fn check_ends(solver: &mut GpuSolver, buffers: &[MarkedBuffer], tallies: &mut Tallies) -> Result<()> {
+pub async fn check_ends(solver: &mut GpuSolver<'_>, buffers: &[MarkedBuffer], tallies: &mut Tallies) -> Result<()> {
     let mesh = solver.mesh();
     let is_pass = buffers.contains(&MarkedBuffer::Flux);
     for which in buffers {
@@ -42,7 +42,7 @@ pub fn check_ends(solver: &mut GpuSolver, buffers: &[MarkedBuffer], tallies: &mu
             MarkedBuffer::Radiosity | MarkedBuffer::Residual | MarkedBuffer::Irradiance => mesh.texels.len(),
             MarkedBuffer::PatchPower | MarkedBuffer::Transfers | MarkedBuffer::Flux => mesh.patches.len(),
         };
-        for (k, word) in solver.read_end(*which)?.into_iter().enumerate() {
+        for (k, word) in solver.request_end(*which).await?.into_iter().enumerate() {
             let place = [end + k / components, (first + k % components).min(last)];
             let found = if word == END_MARK {
                 Value::Unwritten

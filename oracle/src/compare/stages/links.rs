@@ -75,21 +75,22 @@ impl StageChecker<'_> {
     /// Makes the links of `patch` on the GPU and checks each stage on the output of the one before it.
     ///
     /// Errors: the device fails.
-    pub fn check_links(&mut self, patch: u32, solver: &mut GpuSolver) -> Result<ProbedRow> {
-        self.check_sparse_lookups(patch, solver)?;
+    pub async fn check_links(&mut self, patch: u32, solver: &mut GpuSolver<'_>) -> Result<ProbedRow> {
+        self.check_sparse_lookups(patch, solver).await?;
         let mesh = self.mesh;
         let mut texels: Vec<TexelSums> = vec![TexelSums::default(); mesh.texels.len()];
         let mut complete = true;
         let mut s = 0;
         buffer_ends::mark_ends(solver, &[MarkedBuffer::Transfers]);
-        let row = solver.probe_links(patch, &mut |probed| {
+        let mut check = |probed: ProbedSample| {
             complete &= probed.sums.len() == texels.len();
             if complete {
                 self.check_sample(patch, s, probed, &mut texels);
             }
             s += 1;
-        })?;
-        buffer_ends::check_ends(solver, &[MarkedBuffer::Transfers], self.tallies)?;
+        };
+        let row = solver.request_probed_links(patch, &mut check).await?;
+        buffer_ends::check_ends(solver, &[MarkedBuffer::Transfers], self.tallies).await?;
         if !complete || row.links.len() != texels.len() || row.transfers.len() != mesh.patches.len() {
             return Err(Error::Device("the GPU's links are incomplete".into()));
         }
@@ -106,9 +107,9 @@ impl StageChecker<'_> {
     /// the way, and few images cross the horizon.
     ///
     /// Errors: the device fails.
-    pub fn check_scattered_links(&mut self, solver: &GpuSolver) -> Result<()> {
+    pub async fn check_scattered_links(&mut self, solver: &GpuSolver<'_>) -> Result<()> {
         let scattered = scatter_points(self.mesh);
-        let mut solver = solver.remade_for(&scattered)?;
+        let mut solver = solver.request_for(&scattered).await?;
         let mut checker = StageChecker {
             mesh: &scattered,
             transport: self.transport,
@@ -116,14 +117,14 @@ impl StageChecker<'_> {
             tallies: &mut *self.tallies,
         };
         for patch in spread_patches(&scattered) {
-            checker.check_links(patch, &mut solver)?;
+            checker.check_links(patch, &mut solver).await?;
         }
         Ok(())
     }
 
     /// Checks lookups in the item buffer of a patch's first sample, of which few pixels remain, each of them once: as drawn,
     /// those around a texel often show the same face, so that a wrong one does as well.
-    fn check_sparse_lookups(&mut self, patch: u32, solver: &mut GpuSolver) -> Result<()> {
+    async fn check_sparse_lookups(&mut self, patch: u32, solver: &mut GpuSolver<'_>) -> Result<()> {
         let (faces, seed) = (self.mesh.faces.len() as u32, pcg_hash(patch));
         let is_kept = |n, k: u32, id| id <= faces && pcg_hash(k ^ seed) % SPARSE_BUFFERS == n;
         let remove_others = |n, ids: &mut [u32]| {
@@ -134,14 +135,17 @@ impl StageChecker<'_> {
             shooter: Some(patch),
             sample: Some(0),
         };
-        solver.probe_changed_buffers(patch, (SPARSE_BUFFERS, &remove_others), &mut |probed| {
+        let mut check = |probed: ProbedSample| {
             let drawn = drawn_view(self.mesh, self.transport, (patch, 0), &probed.aim, probed.ids);
             let mut texels = vec![TexelSums::default(); self.mesh.texels.len()];
             let values = self.all_texel_values((patch, 0), drawn.as_ref(), &probed.sums, &mut texels);
             for (k, found) in values.into_iter().enumerate() {
                 self.add_sight(source, [k, SPARSE_VISIBILITY], found.sight);
             }
-        })
+        };
+        solver
+            .request_changed_buffers(patch, (SPARSE_BUFFERS, &remove_others), &mut check)
+            .await
     }
 
     /// Returns the values of all texels after a sample, the GPU's and the twin's.

@@ -13,7 +13,7 @@ pub use links::factor_scales;
 pub(super) use links::{MAX_WEIGHT_DIFFERENCE, decided_by_rounding};
 pub use relit::{check_relit_stages, relit_mesh};
 
-use super::item_buffer::{pixel_bound, pixel_tally};
+use super::item_buffer::pixel_tally;
 use super::roundings::StageRoundings;
 use super::statistics::{Elements, ErrorTally, ValueSource};
 use crate::compare::checked_stages::CheckedStages;
@@ -24,7 +24,7 @@ use common::mesh::{Mesh, Patch};
 use common::passes::Exchange;
 use common::rays::Rays;
 use common::settings::Transport;
-use common::shooting::{Shoot, Shot, ShotOrder, select_shooter};
+use common::shooting::{Shot, ShotOrder, select_shooter};
 use gpu::GpuSolver;
 use gpu::buffer_ends::MarkedBuffer;
 use stage_check::tally::Value;
@@ -102,7 +102,12 @@ struct StageChecker<'a> {
 /// Checks all stages on a fresh `solver`.
 ///
 /// Errors: the device fails.
-pub fn check_stages(mesh: &Mesh, transport: &Transport, rays: &Rays, solver: &mut GpuSolver) -> Result<CheckedStages> {
+pub async fn check_stages(
+    mesh: &Mesh,
+    transport: &Transport,
+    rays: &Rays,
+    solver: &mut GpuSolver<'_>,
+) -> Result<CheckedStages> {
     let mut tallies = Tallies::new(mesh, transport);
     let mut checker = StageChecker {
         mesh,
@@ -110,7 +115,7 @@ pub fn check_stages(mesh: &Mesh, transport: &Transport, rays: &Rays, solver: &mu
         rays,
         tallies: &mut tallies,
     };
-    let ended = checker.check_shots(solver);
+    let ended = checker.check_shots(solver).await;
     let (checks, unreached) = tallies.stage_checks(mesh, transport, ended.is_ok());
     let mut checked = CheckedStages {
         checks,
@@ -125,13 +130,13 @@ impl StageChecker<'_> {
     /// Checks the stages of some shots, and of passes by their shooters.
     ///
     /// Errors: the device fails; a stage leaves no result.
-    fn check_shots(&mut self, solver: &mut GpuSolver) -> Result<()> {
+    async fn check_shots(&mut self, solver: &mut GpuSolver<'_>) -> Result<()> {
         let mesh = self.mesh;
         let mut rows = BTreeMap::new();
         let greedy = std::iter::repeat_n(None, CHECKED_SHOTS);
         let chosen = spread_patches(mesh).chain(partly_covered_patch(mesh));
         for (n, patch) in greedy.chain(chosen.map(Some)).enumerate() {
-            let before = (solver.read_field()?, solver.patch_power()?);
+            let before = (solver.request_field().await?, solver.request_power().await?);
             buffer_ends::mark_ends(solver, &SHOT_BUFFERS);
             let script = patch.map(|patch| [patch]);
             let order = match &script {
@@ -139,10 +144,11 @@ impl StageChecker<'_> {
                 Some(script) => ShotOrder::Replay(script),
             };
             let mut done: Option<Shot> = None;
-            solver.run(order, 1, &mut |shot| {
+            let mut watch = |shot: &Shot| {
                 done = Some(*shot);
                 ControlFlow::Continue(())
-            })?;
+            };
+            solver.request_shots(order, 1, &mut watch).await?;
             let twin = patch.or_else(|| select_shooter(&before.1, 0.0));
             if twin.is_some() || done.is_some() {
                 let values = [done.map(|shot| shot.patch), twin].map(|of| of.map_or(Value::Unwritten, Value::from));
@@ -163,27 +169,28 @@ impl StageChecker<'_> {
                 self.transport,
                 (shot.patch, drawn_faces),
                 solver,
-            )?;
-            let after = (solver.read_field()?, solver.patch_power()?);
+            )
+            .await?;
+            let after = (solver.request_field().await?, solver.request_power().await?);
             if patch.is_none() {
-                let counted = solver.read_counted_workgroups()?;
+                let counted = solver.request_counted_workgroups().await?;
                 let has_links = |next| next == shot.patch || rows.contains_key(&next);
                 self.add_workgroups(n, &counted, select_shooter(&after.1, 0.0).map(has_links));
             }
             // The links of a patch are made at its first shot and kept.
             if let Entry::Vacant(place) = rows.entry(shot.patch) {
-                place.insert(self.check_links(shot.patch, solver)?);
+                place.insert(self.check_links(shot.patch, solver).await?);
             }
             if shot.power.iter().any(|power| *power != 0.0) {
                 self.check_shot(&shot, &rows[&shot.patch], [&before, &after]);
-                buffer_ends::check_ends(solver, &SHOT_BUFFERS, self.tallies)?;
+                buffer_ends::check_ends(solver, &SHOT_BUFFERS, self.tallies).await?;
             }
         }
         if solver.transfer_fits() {
-            self.check_passes(&rows, solver)?;
+            self.check_passes(&rows, solver).await?;
         }
-        self.check_signed_power(solver)?;
-        self.check_scattered_links(solver)
+        self.check_signed_power(solver).await?;
+        self.check_scattered_links(solver).await
     }
 }
 
@@ -203,17 +210,17 @@ fn partly_covered_patch(mesh: &Mesh) -> Option<u32> {
 /// nothing is drawn.
 ///
 /// Errors: the device fails.
-fn check_drawn_faces(
+async fn check_drawn_faces(
     tally: &mut ErrorTally,
     transport: &Transport,
     (patch, faces): (u32, usize),
-    solver: &mut GpuSolver,
+    solver: &mut GpuSolver<'_>,
 ) -> Result<()> {
     let Some(drawing) = transport.visibility.item_buffer() else {
         return Ok(());
     };
     let twin = VERTICES_PER_SIDE * drawing.projection.plane_count() * faces as u32;
-    let found = solver.read_drawn_vertices()?;
+    let found = solver.request_drawn_vertices().await?;
     let wrong = f64::from(found.abs_diff(twin));
     tally.add(ValueSource::shot_by(patch), [patch as usize, 0], [found, twin], wrong);
     Ok(())
@@ -226,7 +233,6 @@ impl Tallies {
         let (in_patch, over_patches) = (bounds.patch_sum, bounds.sum_of_patches);
         let per_shot = (2 * CHECKED_SHOTS + 1) as f64 + 4.0;
         let projection = transport.visibility.item_buffer().map(|drawing| drawing.projection);
-        let (pixels, pixel_reason) = pixel_bound(projection);
         let frame = "ulp of the frame at a sample's point: one cross product";
         let factor_reason = "ulp of F, or of F without its cosines, whose roundings are absolute";
         let sight = "samples of different visibility from the same points, though no rounding decides them";
@@ -248,7 +254,7 @@ impl Tallies {
         let of = ErrorTally::new;
         Self {
             aim: of("aim", (bounds.frame, frame), patches, &FRAME_VALUES),
-            item_buffer: pixel_tally("item buffer", pixels, pixel_reason),
+            item_buffer: pixel_tally("item buffer", projection),
             form_factor: of("form factor", (bounds.form_factor, factor_reason), texels, &["F"]),
             sight: of(
                 if projection.is_some() { "lookup" } else { "rays" },

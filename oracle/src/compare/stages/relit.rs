@@ -4,7 +4,7 @@
 use super::links::{decided_by_rounding, drawn_view};
 use super::{DRAWN_FACES_REASON, TEXEL_VALUES, check_drawn_faces};
 use crate::compare::comparison::StageCheck;
-use crate::compare::item_buffer::{self, pixel_bound, pixel_tally};
+use crate::compare::item_buffer::{self, pixel_tally};
 use crate::compare::roundings::DISC_ROUNDINGS;
 use crate::compare::statistics::{Elements, ErrorTally, ValueSource};
 use common::constants::{PATCH_SUM_LANES, PI};
@@ -14,7 +14,7 @@ use common::rays::{LineOfSight, Rays};
 use common::sampling::pcg_hash;
 use common::scene::Scene;
 use common::settings::Transport;
-use common::shooting::{DepositRule, RadiosityField, Restart, Shoot, SubtractedLink};
+use common::shooting::{DepositRule, RadiosityField, Restart, SubtractedLink};
 use common::{Error, Result};
 use cpu::shader_twins::deposit::deposit;
 use cpu::shader_twins::link::{Baseline, Sums, add_sample};
@@ -124,7 +124,11 @@ pub fn relit_mesh(scene: &Scene, texels: u32) -> Result<Option<Mesh>> {
 /// Checks the stages of a relight on a `solver` of a mesh with objects.
 ///
 /// Errors: the device fails.
-pub fn check_relit_stages(mesh: &Mesh, transport: &Transport, solver: &mut GpuSolver) -> Result<Vec<StageCheck>> {
+pub async fn check_relit_stages(
+    mesh: &Mesh,
+    transport: &Transport,
+    solver: &mut GpuSolver<'_>,
+) -> Result<Vec<StageCheck>> {
     let mut checker = RelitChecker::new(mesh, transport);
     for object in [false, true] {
         let patches = (0..).zip(&mesh.patches);
@@ -132,7 +136,7 @@ pub fn check_relit_stages(mesh: &Mesh, transport: &Transport, solver: &mut GpuSo
         let own: Vec<u32> = own.map(|(patch, _)| patch).collect();
         for patch in own.iter().take(MAX_SHOOTERS) {
             for (n, (rule, _)) in RULES_AND_SHOOTERS.iter().filter(|case| case.1 == object).enumerate() {
-                checker.check_shot((*patch, *rule), n == 0 && !object, solver)?;
+                checker.check_shot((*patch, *rule), n == 0 && !object, solver).await?;
             }
         }
     }
@@ -158,7 +162,6 @@ impl<'a> RelitChecker<'a> {
             lanes: PATCH_SUM_LANES,
         };
         let projection = transport.visibility.item_buffer().map(|drawing| drawing.projection);
-        let (pixels, pixel_reason) = pixel_bound(projection);
         let sight = "samples of different visibility among objects, though no rounding decides them";
         let link = "ulp of the sums and links, and of those without the objects: disc weights, one addition per sample";
         let deposit = "ulp of the terms of B, r and H after a shot by a rule of relighting: 3 products and two sums";
@@ -183,7 +186,7 @@ impl<'a> RelitChecker<'a> {
                 },
                 &["vertices"],
             ),
-            item_buffer: pixel_tally("item buffer, relit", pixels, pixel_reason),
+            item_buffer: pixel_tally("item buffer, relit", projection),
             sight: ErrorTally::new(
                 if projection.is_some() {
                     "lookup, relit"
@@ -205,14 +208,21 @@ impl<'a> RelitChecker<'a> {
     }
 
     /// Checks the links of a patch by a rule, and the deposit of a shot on them; item buffers if they are `drawn`.
-    fn check_shot(&mut self, (patch, rule): (u32, DepositRule), drawn: bool, solver: &mut GpuSolver) -> Result<()> {
+    async fn check_shot(
+        &mut self,
+        (patch, rule): (u32, DepositRule),
+        drawn: bool,
+        solver: &mut GpuSolver<'_>,
+    ) -> Result<()> {
         let mesh = self.mesh;
         let field = varied_field(mesh);
         let lighten = |reflectance: Vec3| reflectance * 0.5 + 0.25;
         let reflectance: Vec<Vec3> = mesh.texels.iter().map(|texel| lighten(texel.reflectance)).collect();
         solver.restart_from(rule, &reflectance, &field)?;
         let mut samples = Vec::new();
-        let row = solver.probe_links(patch, &mut |probed| samples.push(probed))?;
+        let row = solver
+            .request_probed_links(patch, &mut |probed| samples.push(probed))
+            .await?;
         let complete = samples.iter().all(|probed| probed.sums.len() == mesh.texels.len());
         let Some(last) = samples
             .last()
@@ -234,11 +244,11 @@ impl<'a> RelitChecker<'a> {
             }
             false => vec![Baseline::default(); mesh.texels.len()],
         };
-        let shot = solver.shoot(patch)?;
+        let shot = solver.request_shot(patch).await?;
         // The probe has kept the links, unless they are made anew for each rule.
         let faces = if rule.compares_links() { mesh.faces.len() } else { 0 };
-        check_drawn_faces(&mut self.drawn_faces, self.transport, (patch, faces), solver)?;
-        let after = solver.read_field()?;
+        check_drawn_faces(&mut self.drawn_faces, self.transport, (patch, faces), solver).await?;
+        let after = solver.request_field().await?;
         let in_flight = load_shot(mesh, patch, Vec3::from(shot.power), row.scale, rule, &reflectance);
         for (k, baseline) in baselines.into_iter().enumerate() {
             let (mut b, mut r, mut h) = (field.radiosity[k], field.residual[k], field.irradiance[k]);

@@ -4,9 +4,9 @@ use super::{PASS_BUFFERS, StageChecker, buffer_ends, factor_scales};
 use crate::compare::roundings::escape_difference;
 use crate::compare::statistics::{ErrorTally, ValueSource};
 use common::Result;
-use common::passes::{Exchange, PatchClosure};
+use common::passes::PatchClosure;
 use common::sampling::pcg_hash;
-use common::shooting::{DepositRule, RadiosityField, Restart, Shoot, Shot, total_power};
+use common::shooting::{DepositRule, RadiosityField, Restart, Shot, total_power};
 use cpu::shader_twins::closure::sum_form_factors;
 use cpu::shader_twins::deposit::deposit;
 use cpu::shader_twins::gather::update_radiosity;
@@ -81,11 +81,13 @@ impl StageChecker<'_> {
     /// Lets the patches of `rows` shoot at once and checks the result.
     ///
     /// Errors: the device fails.
-    pub fn check_passes(&mut self, rows: &BTreeMap<u32, ProbedRow>, solver: &mut GpuSolver) -> Result<()> {
+    pub async fn check_passes(&mut self, rows: &BTreeMap<u32, ProbedRow>, solver: &mut GpuSolver<'_>) -> Result<()> {
         let mesh = self.mesh;
         let patches: Vec<u32> = rows.keys().copied().collect();
         let patches = &patches[..];
-        let closures = solver.make_links(patches, &mut |_| ControlFlow::Continue(()))?;
+        let closures = solver
+            .request_links(patches, &mut |_| ControlFlow::Continue(()))
+            .await?;
         let mut shot = vec![Vec3::ZERO; mesh.patches.len()];
         for (n, patch) in patches.iter().enumerate() {
             let x = (n + 1) as f32 / (patches.len() + 1) as f32;
@@ -95,22 +97,21 @@ impl StageChecker<'_> {
             let shares = patches.iter().zip(rows);
             shares.fold(Vec3::ZERO, |sum, (patch, row)| sum + shot[*patch as usize] * row[k])
         };
-        let transfers = solver.read_transfers(patches)?;
-        let links = solver.read_rows(patches)?;
+        let transfers = solver.request_transfers(patches).await?;
+        let links = solver.request_rows(patches).await?;
         for (n, (patch, row)) in rows.iter().enumerate() {
             self.check_side_by_side((*patch, row), (&links[n], &transfers[n], closures[n]));
         }
         buffer_ends::mark_ends(solver, &PASS_BUFFERS);
-        for (c, flux) in solver.exchange_flux(&shot)?.iter().enumerate() {
+        for (c, flux) in solver.request_flux(&shot).await?.iter().enumerate() {
             let sum = receive(&transfers, c);
             for k in 0..3 {
                 (self.tallies.exchange).add_ulps(ValueSource::default(), [c, k], [flux[k], sum[k]], 0.0);
             }
         }
         let unshot: Vec<Vec3> = shot.iter().map(|x| *x * 0.25).collect();
-        solver.gather_field(&shot, &unshot)?;
-        let field = solver.read_field()?;
-        buffer_ends::check_ends(solver, &PASS_BUFFERS, self.tallies)?;
+        let field = solver.request_gather(&shot, &unshot).await?;
+        buffer_ends::check_ends(solver, &PASS_BUFFERS, self.tallies).await?;
         for (c, patch) in mesh.patches.iter().enumerate() {
             for k in patch.texels() {
                 let texel = &mesh.texels[k];
@@ -125,15 +126,16 @@ impl StageChecker<'_> {
     /// Checks the powers of a residual whose channels have different signs.
     ///
     /// Errors: the device fails.
-    pub fn check_signed_power(&mut self, solver: &mut GpuSolver) -> Result<()> {
+    pub async fn check_signed_power(&mut self, solver: &mut GpuSolver<'_>) -> Result<()> {
         let mesh = self.mesh;
-        let mut field = solver.read_field()?;
+        let mut field = solver.request_field().await?;
         for (k, residual) in (0..).zip(&mut field.residual) {
             *residual = signed_colour(k);
         }
         let reflectance: Vec<Vec3> = mesh.texels.iter().map(|texel| texel.reflectance).collect();
         solver.restart_from(DepositRule::FULL_DEPOSIT, &reflectance, &field)?;
-        for (c, (patch, w)) in mesh.patches.iter().zip(solver.patch_power()?).enumerate() {
+        let power = solver.request_power().await?;
+        for (c, (patch, w)) in mesh.patches.iter().zip(power).enumerate() {
             let twin = unshot_power(mesh, &field, patch).w;
             (self.tallies.power).add_ulps(ValueSource::default(), [c, 3], [w, twin], 0.0);
         }
