@@ -49,10 +49,11 @@ pub fn write_live_page(repository: &Path, module: &Path, out: &Path) -> Result<W
 }
 
 fn render_live_page(repository: &Path) -> Result<String> {
+    let stage_test = read_source(repository, "web/live/page/stage_test.js")?;
     let script = read_source(repository, "web/live/page/live.js")?;
     let content = html! {
         (PreEscaped(read_source(repository, "web/live/page/live.html")?))
-        (trace_assets(&[&script]))
+        (trace_assets(&[&stage_test, &script]))
     };
     render_page(repository, "Radiosity, live", &STYLE_SHEETS, &content.into_string())
 }

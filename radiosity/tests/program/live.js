@@ -122,6 +122,25 @@
     await change_shader("deposit", "fn ", "fnord ");
     outcome.gpu.refused = await verdict();
     await set("shader", "");
+    // Every stage beside its twin, on a small scene; with a changed shader its stage is wrong.
+    const test_stages = async () => {
+      const button = studio.querySelector("[data-do=test]");
+      button.click();
+      for (let tries = 0; button.disabled; tries++) {
+        if (tries > 4800) throw new Error("the test of the stages has no end");
+        await wait(50);
+      }
+      const count = (name) => studio.querySelectorAll(`.stages td.${name}`).length;
+      const { report } = studio.live.stage_test;
+      return { report, said: studio.querySelector(".hardware .told").textContent, cells: { right: count("agree"), wrong: count("disagree") } };
+    };
+    await set("scene", "facing_plates", "estimated");
+    await set("texels", "4", "estimated");
+    outcome.stages = { as_it_is: await test_stages() };
+    await change_shader("link", "next.seen += g;", "next.seen += 0.5 * g;");
+    outcome.stages.changed = await test_stages();
+    await set("shader", "");
+    await set("scene", "cornell_box", "estimated");
     // A coarse item buffer errs where rays do not.
     await set("visibility", "paper");
     await set("pixels", "16", "estimated");

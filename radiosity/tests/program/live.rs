@@ -5,9 +5,10 @@ use super::command::TestFolder;
 use crate::baked::BakedScene;
 use common::file::keep_in_memory;
 use glam::Vec3;
+use live::browser_gpu::{LiveShader, list_shaders};
 use live::case::{ExactComparison, list_cases};
 use live::change::{GroupChange, change_scene};
-use live::gpu_comparison::{LiveShader, check_origins, compare_with_gpu, list_shaders};
+use live::gpu_comparison::{check_origins, compare_with_gpu};
 use live::request::LiveRequest;
 use live::solve::{LiveScene, LiveSolve};
 use oracle::solve::progress::without_progress;
@@ -214,6 +215,7 @@ fn live_page_solves_as_the_native_program() {
     check_panoramas(&outcome["lit"]);
     check_saved_scenes(&outcome["saved"]);
     assert_eq!(outcome["resumed"]["checksum"], native.checksum);
+    check_stage_test(&outcome);
     check_files(&outcome);
     assert_eq!(outcome["phone"]["state"], "estimated");
     assert!(outcome["phone"]["wide"].as_u64().unwrap() <= 390);
@@ -274,12 +276,44 @@ fn check_gpu(gpu: &Value, shots: usize) {
     assert_eq!(own["viewers"], 1);
     assert_eq!(gpu["changed"]["tone"], "verdict disagree");
     let said = gpu["changed"]["said"].as_str().unwrap();
-    assert!(said.contains("form_factor.wgsl and link.wgsl"), "{said}");
+    assert!(said.contains("differs from its twin: link: "), "{said}");
     let chosen = gpu["chosen"]["said"].as_str().unwrap();
-    assert!(chosen.contains("choice of the shooter: select.wgsl"), "{chosen}");
+    assert!(
+        chosen.contains("differs from its twin: select: shooter of shot 0: "),
+        "{chosen}"
+    );
     let refused = gpu["refused"]["said"].as_str().unwrap();
     assert!(refused.contains("deposit.wgsl:13:1: expected"), "{refused}");
     assert_eq!(gpu["refused"]["viewers"], 0);
+}
+
+/// All stages are right by every visibility; a changed shader makes its own wrong by each.
+fn check_stage_test(outcome: &Value) {
+    let visibilities = |report: &Value| report["visibilities"].as_array().unwrap().clone();
+    let wrong = |checked: &Value| {
+        let checks = checked["checks"].as_array().unwrap().iter();
+        let wrong = checks.filter(|check| check["agree"] != true);
+        wrong
+            .map(|check| check["name"].as_str().unwrap().to_owned())
+            .collect::<Vec<_>>()
+    };
+    let [own, changed] = ["as_it_is", "changed"].map(|which| outcome["stages"][which].clone());
+    assert_eq!(visibilities(&own["report"]).len(), 5);
+    for checked in visibilities(&own["report"]) {
+        assert!(checked["checks"].as_array().unwrap().len() > 20, "{checked}");
+        assert!(wrong(&checked).is_empty(), "{checked}");
+    }
+    assert!(own["said"].as_str().unwrap().ends_with(" checks are right, 0 wrong."));
+    for checked in visibilities(&changed["report"]) {
+        let names = wrong(&checked);
+        assert!(
+            !names.is_empty() && names.iter().all(|name| name.contains("link")),
+            "{names:?}"
+        );
+    }
+    assert!(changed["said"].as_str().unwrap().contains(", link.wgsl changed: "));
+    assert!(changed["cells"]["wrong"].as_u64().unwrap() >= 5);
+    assert!(own["cells"]["wrong"] == 0 && own["cells"]["right"].as_u64().unwrap() > 100);
 }
 
 /// A panorama lights an open scene, and a closed one says that it is closed.
@@ -586,19 +620,19 @@ fn changes_out_of_range_are_refused_in_one_line() {
 
 /// Faults of shaders and the stages by which they are named: file, text, replacement, name.
 const NAMED_FAULTS: [(&str, &str, &str, &str); 4] = [
-    ("select", "if power > best {", "if power < best {", "select.wgsl"),
-    ("link", "next.seen += g;", "next.seen += 0.5 * g;", "link.wgsl"),
+    ("select", "if power > best {", "if power < best {", "select: "),
+    ("link", "next.seen += g;", "next.seen += 0.5 * g;", "link: "),
     (
         "form_factor",
         "let b = shots[slot].corners[k].xyz - position;",
         "let b = shots[slot].corners[k].xyz - 0.9 * position;",
-        "form_factor.wgsl",
+        "form factor: ",
     ),
     (
         "deposit",
         "texels[k].reflectance * received",
         "0.9 * texels[k].reflectance * received",
-        "deposit.wgsl",
+        "deposit: ",
     ),
 ];
 
@@ -628,6 +662,6 @@ fn gpu_agrees_and_a_changed_shader_is_named_by_its_stage() {
         let compared = block_on(compare_with_gpu(&scene, &[changed])).unwrap();
         assert!(!compared.agrees, "{name}: {}", compared.difference);
         let named = compared.wrong_stage.unwrap_or_default();
-        assert!(named.contains(stage), "{name}: {named:?}");
+        assert!(named.starts_with(stage), "{name}: {named:?}");
     }
 }

@@ -104,7 +104,8 @@ class LivePage {
     this.cases = [];
     this.own_settings = null;
     this.view = null;
-    this.verdict = element.querySelector(".verdict");
+    this.verdict = element.querySelector(".compare .verdict");
+    this.stage_test = new StageTest(this);
     this.listen();
     this.list_shaders();
     this.list_cases();
@@ -375,7 +376,8 @@ class LivePage {
     for (const name of ["reset", "picture", "lightmap", "glb"]) this.button(name).disabled = false;
     this.element.dataset.checksum = solve.checksum;
     this.set_state(solve.stopped ? "stopped" : "solved");
-    this.button("compare").disabled = !navigator.gpu;
+    for (const name of ["compare", "test"]) this.button(name).disabled = !navigator.gpu;
+    this.stage_test.forget();
     this.forget_comparison(navigator.gpu ? "" : "This browser has no WebGPU, so only the CPU runs here.");
     if (this.wanted || solve.stopped) return;
     const answer = await this.tell_exact();
@@ -478,7 +480,7 @@ class LivePage {
 
   show_comparison(compared) {
     const { adapter, shots, seconds, difference, agrees, wrong_stage, power, first_other_shooter, html } = compared;
-    const stage = agrees ? "" : ` In the first shot ${wrong_stage ? `the first stage that differs is the ${wrong_stage}` : "no stage differs: the fault shows later"}.`;
+    const stage = agrees ? "" : ` ${wrong_stage ? `The first stage that differs from its twin: ${wrong_stage}` : "No stage differs from its twin on the same input"}.`;
     const share = (part) => percent(share_of(part, power.emitted));
     this.say_verdict(agrees ? "agree" : "disagree",
       `${agrees ? "Agree" : "Differ"}: B of the GPU (${adapter}) and of the CPU differ by ${percent(difference)} (RMS). The GPU made ${shots} shots in ` +

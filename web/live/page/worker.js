@@ -53,6 +53,10 @@ const acts = {
     return { ...comparison, seconds: (performance.now() - begin) / 1000 };
   },
 
+  async test({ visibility, pixels, shaders }) {
+    return JSON.parse(await scene.check_stages(visibility, pixels, JSON.stringify(shaders)));
+  },
+
   lightmap: () => scene.encode_lightmap(),
 
   glb: () => scene.encode_glb(),

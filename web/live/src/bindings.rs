@@ -1,7 +1,9 @@
 //! Bindings of the page's worker.
 
+use crate::browser_gpu::LiveShader;
 use crate::description::describe_scene;
-use crate::gpu_comparison::{LiveShader, compare_with_gpu};
+use crate::gpu_comparison::compare_with_gpu;
+use crate::gpu_stages::check_stages;
 use crate::request::LiveRequest;
 use crate::solve::LiveScene;
 use common::Error;
@@ -30,7 +32,7 @@ pub fn take_file(name: &str) {
 /// Errors: none that is known.
 #[wasm_bindgen]
 pub fn list_shaders() -> Result<String, JsError> {
-    Ok(serde_json::to_string(&crate::gpu_comparison::list_shaders())?)
+    Ok(serde_json::to_string(&crate::browser_gpu::list_shaders())?)
 }
 
 /// Lists the cases of the failure atlas, as JSON.
@@ -105,6 +107,15 @@ impl OpenScene {
         let shaders: Vec<LiveShader> = serde_json::from_str(shaders)?;
         let compared = compare_with_gpu(&self.0, &shaders).await;
         Ok(serde_json::to_string(&compared.map_err(|error| explain(&error))?)?)
+    }
+
+    /// Checks all stages of the GPU's solvers on the texels of the latest solve; `shaders` is JSON. Returns JSON.
+    ///
+    /// Errors: one line for the reader.
+    pub async fn check_stages(&self, visibility: &str, pixels: u32, shaders: &str) -> Result<String, JsError> {
+        let shaders: Vec<LiveShader> = serde_json::from_str(shaders)?;
+        let report = check_stages(&self.0, (visibility, pixels), &shaders).await;
+        Ok(serde_json::to_string(&report.map_err(|error| explain(&error))?)?)
     }
 
     /// Encodes the texels of the latest solve as OpenEXR.

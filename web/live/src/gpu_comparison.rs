@@ -1,52 +1,23 @@
 //! The latest solve made again on the browser's GPU, and compared with that of the CPU.
 
-use crate::first_shot::find_wrong_stage;
+use crate::browser_gpu::{LiveShader, open_gpu};
+use crate::gpu_stages::check_solve;
 use crate::solve::{LivePower, LiveScene};
 use common::energy::EnergyBalance;
 use common::mesh::Mesh;
 use common::shooting::{RadiosityField, Shot};
 use common::{Error, Result};
 use glam::DVec3;
-use gpu::shader_files::{SHADER_STAGES, ShaderFile, ShaderStage};
-use gpu::{Gpu, GpuSolver};
+use gpu::GpuSolver;
+use oracle::compare::checked_stages::CheckedStages;
 use radiosity::report::view::interpolation::{CarriedLight, InterpolationSurface};
 use radiosity::report::viewer::{SceneViewer, ViewerLayer};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::ops::ControlFlow;
-use std::path::Path;
-
-/// Files whose faults a solve shot by shot shows.
-const SHOT_SHADERS: [&str; 15] = [
-    "form_factor",
-    "frame",
-    "hemicube",
-    "projection",
-    "image_bound",
-    "item_buffer",
-    "lookup",
-    "bvh",
-    "rays",
-    "view",
-    "link",
-    "closure",
-    "deposit",
-    "unshot_power",
-    "select",
-];
 
 /// Relative RMS difference of B − E within which two solves of the same shots agree: roundings of 24 bits, and single texels
 /// whose sight ends at an edge.
 const AGREEING_DIFFERENCE: f64 = 1e-3;
-
-/// A shader that takes the place of the program's.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct LiveShader {
-    /// File name in `gpu/src/shaders`, without ending.
-    pub name: String,
-    /// The WGSL.
-    pub text: String,
-}
 
 /// A solve on the GPU beside that on the CPU.
 #[derive(Debug, Serialize)]
@@ -61,22 +32,12 @@ pub struct GpuComparison {
     pub difference: f64,
     /// True if that is within roundings.
     pub agrees: bool,
-    /// Stage of the first shot that errs, where the solves differ; none if they agree, or the first shot does not show it.
-    pub wrong_stage: Option<&'static str>,
+    /// First stage that errs where the solves differ, and how; none if they agree, or no stage shows it.
+    pub wrong_stage: Option<String>,
     /// Powers of the GPU's solve.
     pub power: LivePower,
     /// The viewer of both solutions and their difference.
     pub html: String,
-}
-
-/// Returns the shaders that a page can change, as they are.
-pub fn list_shaders() -> Vec<LiveShader> {
-    let shown = SHADER_STAGES.iter().filter(|stage| SHOT_SHADERS.contains(&stage.name));
-    let shaders = shown.map(|stage| LiveShader {
-        name: stage.name.to_owned(),
-        text: stage.text.to_owned(),
-    });
-    shaders.collect()
 }
 
 /// Makes the latest solve again on the GPU, with shaders of others in the place of the program's.
@@ -87,14 +48,9 @@ pub async fn compare_with_gpu(live: &LiveScene, shaders: &[LiveShader]) -> Resul
     let Some((scene, solved, view)) = live.latest() else {
         return Err(Error::Usage("nothing is solved yet".into()));
     };
-    let mut files = Vec::new();
-    for LiveShader { name, text } in shaders {
-        let stage = ShaderStage::find(name)?.name;
-        files.push(ShaderFile::new(stage, Path::new(&format!("{name}.wgsl")), text.clone()));
-    }
-    let gpu = Gpu::request(None).await?.with_shader_files(files);
+    let gpu = open_gpu(shaders).await?;
     let (mesh, settings) = (&solved.mesh, &solved.settings);
-    let mut solver = GpuSolver::request(&gpu, mesh, &settings.transport).await?;
+    let mut solver = GpuSolver::request(&gpu, mesh, &settings.transport, &[]).await?;
     // A shader at fault may never come to the end.
     let limit = 2 * solved.run.shots.len() + 100;
     let mut done = 0;
@@ -123,7 +79,7 @@ pub async fn compare_with_gpu(live: &LiveScene, shaders: &[LiveShader]) -> Resul
     let difference = relative_difference(mesh, &run.field, &cpu.field);
     let wrong_stage = match difference <= AGREEING_DIFFERENCE {
         true => None,
-        false => find_wrong_stage(&gpu, mesh, &settings.transport).await?,
+        false => find_wrong_stage(&check_solve(scene, solved, settings, &gpu).await?),
     };
     let shooters = cpu.shots.iter().zip(&run.shots);
     Ok(GpuComparison {
@@ -135,6 +91,15 @@ pub async fn compare_with_gpu(live: &LiveScene, shaders: &[LiveShader]) -> Resul
         wrong_stage,
         power: LivePower::of_balance(&EnergyBalance::new(mesh, &run.field, &run.shots)),
         html: viewer.render_element().into_string(),
+    })
+}
+
+/// Describes the first stage that errs; none if none does.
+fn find_wrong_stage(checked: &CheckedStages) -> Option<String> {
+    let wrong = checked.checks.iter().find(|check| !check.agree)?;
+    Some(match &wrong.difference {
+        Some(difference) => format!("{}: {difference}", wrong.name),
+        None => format!("{}: {}", wrong.name, wrong.reason),
     })
 }
 

@@ -128,7 +128,7 @@ impl LiveRequest {
                 samples: self.samples,
             },
             transport: Transport {
-                visibility: self.visibility()?,
+                visibility: find_visibility(&self.visibility, self.pixels)?,
                 form_factor: self.form_factor()?,
                 conserve: false,
             },
@@ -139,19 +139,6 @@ impl LiveRequest {
         })
     }
 
-    fn visibility(&self) -> Result<Visibility> {
-        let drawn = ItemBufferProjection::ALL_PROJECTIONS.map(|projection| {
-            Visibility::ItemBuffer(ItemBufferSettings {
-                projection,
-                size: self.pixels,
-                ..ItemBufferSettings::DEFAULT
-            })
-        });
-        let mut all = [Visibility::Rays].into_iter().chain(drawn);
-        let found = all.find(|visibility| visibility.name() == self.visibility);
-        found.ok_or_else(|| Error::Usage(format!("there is no visibility {:?}", self.visibility)))
-    }
-
     fn form_factor(&self) -> Result<FormFactor> {
         match self.form_factor.as_str() {
             "paper" => Ok(FormFactor::Paper),
@@ -160,4 +147,20 @@ impl LiveRequest {
             other => Err(Error::Usage(format!("there is no form factor {other:?}"))),
         }
     }
+}
+
+/// Finds a visibility by its name: rays, or an item buffer of so many pixels a side.
+///
+/// Errors: [`Error::Usage`] of an unknown name.
+pub fn find_visibility(name: &str, pixels: u32) -> Result<Visibility> {
+    let drawn = ItemBufferProjection::ALL_PROJECTIONS.map(|projection| {
+        Visibility::ItemBuffer(ItemBufferSettings {
+            projection,
+            size: pixels,
+            ..ItemBufferSettings::DEFAULT
+        })
+    });
+    let mut all = [Visibility::Rays].into_iter().chain(drawn);
+    let found = all.find(|visibility| visibility.name() == name);
+    found.ok_or_else(|| Error::Usage(format!("there is no visibility {name:?}")))
 }
