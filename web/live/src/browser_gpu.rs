@@ -47,7 +47,7 @@ pub fn list_shaders() -> Vec<LiveShader> {
 
 /// Opens the browser's GPU with shaders of others in the place of the program's.
 ///
-/// Errors: [`Error::NoAdapter`]; [`Error::Device`]; [`Error::Usage`] of an unknown shader.
+/// Errors: those of the device; that of an unknown shader.
 pub async fn open_gpu(shaders: &[LiveShader]) -> Result<Gpu> {
     let mut files = Vec::new();
     for LiveShader { name, text } in shaders {
