@@ -8,6 +8,7 @@ use glam::Vec3;
 use live::browser_gpu::{LiveShader, list_shaders};
 use live::case::{ExactComparison, list_cases};
 use live::change::{GroupChange, change_scene};
+use live::fault::{LIVE_FAULTS, LiveFault};
 use live::gpu_comparison::{check_origins, compare_with_gpu};
 use live::request::LiveRequest;
 use live::solve::{LiveScene, LiveSolve};
@@ -618,50 +619,38 @@ fn changes_out_of_range_are_refused_in_one_line() {
     }
 }
 
-/// Faults of shaders and the stages by which they are named: file, text, replacement, name.
-const NAMED_FAULTS: [(&str, &str, &str, &str); 4] = [
-    ("select", "if power > best {", "if power < best {", "select: "),
-    ("link", "next.seen += g;", "next.seen += 0.5 * g;", "link: "),
-    (
-        "form_factor",
-        "let b = shots[slot].corners[k].xyz - position;",
-        "let b = shots[slot].corners[k].xyz - 0.9 * position;",
-        "form factor: ",
-    ),
-    (
-        "deposit",
-        "texels[k].reflectance * received",
-        "0.9 * texels[k].reflectance * received",
-        "deposit: ",
-    ),
-];
-
 #[test]
 fn gpu_agrees_and_a_changed_shader_is_named_by_its_stage() {
     let mut scene = open_bundled("cornell_box");
     assert!(
         block_on(compare_with_gpu(&scene, &[])).is_err_and(|error| error.to_string().contains("nothing is solved"))
     );
-    let request = LiveRequest::parse(&first_request(json!([]), Value::Null)).unwrap();
+    let mut request = LiveRequest::parse(&first_request(json!([]), Value::Null)).unwrap();
     solve_whole(&mut scene, &request);
     let own = block_on(compare_with_gpu(&scene, &[])).unwrap();
     assert!(own.agrees && own.wrong_stage.is_none(), "{}", own.difference);
     let field = &scene.latest().unwrap().1.run.field;
     assert!(check_origins(field, field).is_err());
-    for (name, from, to, stage) in NAMED_FAULTS {
-        let text = list_shaders()
-            .into_iter()
-            .find(|shader| shader.name == name)
-            .unwrap()
-            .text;
-        assert!(text.contains(from), "{name}.wgsl has no {from}");
+    for LiveFault {
+        file,
+        from,
+        to,
+        stage,
+        visibility,
+        ..
+    } in LIVE_FAULTS
+    {
+        let LiveShader { name, text } = list_shaders().into_iter().find(|shader| shader.name == file).unwrap();
+        assert_eq!(text.matches(from).count(), 1, "{name}.wgsl: {from}");
         let changed = LiveShader {
-            name: name.to_owned(),
+            name,
             text: text.replace(from, to),
         };
+        request.visibility = visibility.unwrap_or("rays").to_owned();
+        solve_whole(&mut scene, &request);
         let compared = block_on(compare_with_gpu(&scene, &[changed])).unwrap();
-        assert!(!compared.agrees, "{name}: {}", compared.difference);
+        assert!(!compared.agrees, "{file}: {}", compared.difference);
         let named = compared.wrong_stage.unwrap_or_default();
-        assert!(named.starts_with(stage), "{name}: {named:?}");
+        assert!(named.starts_with(&format!("{stage}: ")), "{file}: {named:?}");
     }
 }

@@ -125,6 +125,7 @@ class LivePage {
     };
     for (const [name, act] of Object.entries(acts)) this.button(name).addEventListener("click", act);
     element.querySelector("[name=shader]").addEventListener("input", ({ target }) => this.show_shader(target.value));
+    element.querySelector("[name=fault]").addEventListener("input", ({ target }) => this.plant_fault(this.faults[target.value]));
     document.addEventListener("dragover", (event) => { event.preventDefault(); element.classList.add("over"); });
     document.addEventListener("dragleave", (event) => { if (!event.relatedTarget) element.classList.remove("over"); });
     document.addEventListener("drop", (event) => {
@@ -444,11 +445,13 @@ class LivePage {
     next.speed.value = before.speed.value;
   }
 
-  // Fills the list of the shaders that a reader can change.
+  // Fills the lists of the shaders that a reader can change, and of the faults.
   async list_shaders() {
     await this.program.started;
     this.shaders = await this.program.call("shaders", {});
     this.element.querySelector("[name=shader]").append(...this.shaders.map(({ name }) => new Option(`${name}.wgsl`, name)));
+    this.faults = await this.program.call("faults", {});
+    this.element.querySelector("[name=fault]").append(...this.faults.map(({ description }, number) => new Option(description, number)));
   }
 
   show_shader(name) {
@@ -456,6 +459,23 @@ class LivePage {
     const shader = this.shaders.find((own) => own.name === name);
     text.hidden = !shader;
     text.value = shader?.text ?? "";
+    this.element.querySelector("[name=fault]").value = "";
+  }
+
+  // Plants a fault in its shader; without one the shaders are as they were. A visibility that does not run it is changed.
+  plant_fault(fault) {
+    const { elements } = this.form;
+    const chosen = this.element.querySelector("[name=fault]").value;
+    this.element.querySelector("[name=shader]").value = fault?.file ?? "";
+    this.show_shader(fault?.file ?? "");
+    this.element.querySelector("[name=fault]").value = chosen;
+    if (!fault) return;
+    const text = this.element.querySelector(".wgsl");
+    text.value = text.value.replace(fault.from, fault.to);
+    if (fault.visibility && (fault.visibility === "rays") !== (elements.visibility.value === "rays")) {
+      elements.visibility.value = fault.visibility;
+      this.solve();
+    }
   }
 
   // Returns the shader that the reader has changed, as a list.

@@ -1,6 +1,6 @@
 // Runs the program for live.js: one answer to each message, and reports of progress in between.
 
-import start, { OpenScene, give_file, list_cases, list_shaders, take_file } from "./program.js";
+import start, { OpenScene, give_file, list_cases, list_faults, list_shaders, take_file } from "./program.js";
 
 let scene = null;
 let given = [];
@@ -46,6 +46,8 @@ const acts = {
   cases: () => JSON.parse(list_cases()),
 
   shaders: () => JSON.parse(list_shaders()),
+
+  faults: () => JSON.parse(list_faults()),
 
   async compare({ shaders }) {
     const begin = performance.now();

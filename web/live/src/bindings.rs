@@ -43,6 +43,14 @@ pub fn list_cases() -> Result<String, JsError> {
     Ok(serde_json::to_string(&crate::case::list_cases())?)
 }
 
+/// Lists the faults that the page can plant, as JSON.
+///
+/// Errors: none that is known.
+#[wasm_bindgen]
+pub fn list_faults() -> Result<String, JsError> {
+    Ok(serde_json::to_string(&crate::fault::LIVE_FAULTS)?)
+}
+
 /// A scene that the page shows.
 #[wasm_bindgen]
 pub struct OpenScene(LiveScene);

@@ -5,6 +5,7 @@ pub mod browser_gpu;
 pub mod case;
 pub mod change;
 pub mod description;
+pub mod fault;
 pub mod gpu_comparison;
 pub mod gpu_stages;
 pub mod request;
