@@ -161,6 +161,8 @@
     const methods = [...studio.querySelector("[name=method]").options].map((option) => option.value);
     const { value: first } = studio.querySelector("[name=method]");
     outcome.cases = { count: studio.live.cases.length, values, methods, first, opened: tell_case() };
+    await set("method", "hemisphere", "estimated");
+    outcome.cases.hemisphere = tell_case();
     await set("method", "paper", "estimated");
     outcome.cases.paper = tell_case();
     await set("value", "1", "estimated");

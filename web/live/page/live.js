@@ -165,17 +165,17 @@ class LivePage {
     return this.cases.find(({ name }) => name === this.form.elements.case.value);
   }
 
-  // Opens a case in the middle of its values with the last method of its list but the paper's, which fails nearly everywhere.
+  // Opens a case in the middle of its values with a method that fails there.
   async choose_case() {
     const { elements } = this.form;
     const chosen = this.chosen_case();
     if (!chosen) return this.choose_bundled();
-    const { values, methods } = chosen;
+    const { values, methods, failing_method } = chosen;
     this.own_settings ??= Object.fromEntries(Object.keys(methods[0].settings).map((name) => [name, elements[name].value]));
     elements.value.replaceChildren(...values.map(({ value, text }) => new Option(text, value)));
     elements.value.selectedIndex = Math.floor(values.length / 2);
     elements.method.replaceChildren(...methods.map(({ name }) => new Option(name, name)));
-    elements.method.selectedIndex = methods.findLastIndex(({ name }) => name !== "paper");
+    elements.method.selectedIndex = methods.findIndex(({ name }) => name === failing_method);
     return this.open_case();
   }
 

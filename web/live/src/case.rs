@@ -26,6 +26,8 @@ pub struct ListedCase {
     pub truth: &'static str,
     /// Values of the parameter, easy to hard.
     pub values: Vec<ListedValue>,
+    /// Name of a method that fails in the middle of the values, where one does.
+    pub failing_method: &'static str,
     /// Methods whose settings a request can have, in the atlas's order.
     pub methods: Vec<ListedMethod>,
 }
@@ -93,6 +95,7 @@ fn list_case(case: &Case) -> ListedCase {
         parameter: case.parameter,
         truth: case.truth,
         values: listed.collect(),
+        failing_method: case.failing_method.name,
         methods: list_methods(case),
     }
 }

@@ -65,7 +65,8 @@ pub const STEREOGRAPHIC: AtlasMethod = shooting("stereographic", |s| {
 });
 /// Hemicube.
 pub const HEMICUBE: AtlasMethod = shooting("hemicube", |s| set_item_buffer(s, ItemBufferProjection::Hemicube));
-const HEMISPHERE: AtlasMethod = shooting("hemisphere", |s| set_item_buffer(s, ItemBufferProjection::Hemisphere));
+/// Orthographic item buffer.
+pub const HEMISPHERE: AtlasMethod = shooting("hemisphere", |s| set_item_buffer(s, ItemBufferProjection::Hemisphere));
 const PAPER: AtlasMethod = shooting("paper", |s| {
     set_item_buffer(s, ItemBufferProjection::Paper);
     s.transport.form_factor = FormFactor::Disc;

@@ -41,6 +41,7 @@ pub const RANDOM_CASE: Case = Case {
     truth: "paths traced through the scene's faces, their noise taken off",
     measure: ErrorMeasure::RelativeRms,
     methods: &[DEFAULT],
+    failing_method: DEFAULT,
     values: &[],
     build: |seed| RandomRequest::default().draw_trial(seed),
 };
