@@ -17,6 +17,7 @@ pub mod factor_cases;
 pub mod painted;
 pub mod radiance_files;
 pub mod relighting;
+pub mod served_pages;
 pub mod shader_faults;
 pub mod solutions;
 

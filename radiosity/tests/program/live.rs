@@ -19,24 +19,16 @@ use radiosity::studies::stress::cases::ALL_CASES;
 use radiosity::studies::stress::methods::{DISC, POLYGON, STEREOGRAPHIC};
 use radiosity::studies::stress::run::{MAX_SOLVE_SECONDS, run_method};
 use radiosity::studies::stress::trial::TruthCache;
+use radiosity_tests::served_pages::work_pages;
 use serde_json::{Value, json};
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{TcpListener, TcpStream};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::sync::mpsc::{Sender, channel};
-use std::thread;
 use std::time::Duration;
 use web::live_page::{LIVE_SCENES, write_live_page};
 
-/// A page with a script that works the live page in frames.
-const TEST_PAGE: &str = concat!(
-    "<!DOCTYPE html><body><script>",
-    include_str!("live.js"),
-    "</script></body>"
-);
+/// Works the live page in frames.
+const SCRIPT: &str = include_str!("live.js");
 /// Time after which a page that hands nothing over is given up.
 const OUTCOME_LIMIT: Duration = Duration::from_secs(420);
 /// Maximum bytes of the program, compressed by deflate as servers do.
@@ -86,97 +78,6 @@ fn first_request(changes: Value, view: Value) -> String {
     request.to_string()
 }
 
-/// Serves the files of `folder`, the test's page, and passes on what is posted.
-fn serve_folder(folder: PathBuf, outcome: Sender<String>) -> u16 {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let port = listener.local_addr().unwrap().port();
-    thread::spawn(move || {
-        for stream in listener.incoming().flatten() {
-            let (folder, outcome) = (folder.clone(), outcome.clone());
-            // A browser may close a connection early.
-            thread::spawn(move || answer_request(stream, &folder, &outcome).unwrap_or_default());
-        }
-    });
-    port
-}
-
-fn answer_request(stream: TcpStream, folder: &Path, outcome: &Sender<String>) -> std::io::Result<()> {
-    let mut reader = BufReader::new(stream.try_clone()?);
-    let mut line = String::new();
-    reader.read_line(&mut line)?;
-    let path = line.split_whitespace().nth(1).unwrap_or("/").to_owned();
-    let mut length = 0;
-    loop {
-        let mut header = String::new();
-        reader.read_line(&mut header)?;
-        let Some((name, value)) = header.split_once(':') else {
-            break;
-        };
-        if name.eq_ignore_ascii_case("content-length") {
-            length = value.trim().parse().unwrap_or(0);
-        }
-    }
-    let mut body = vec![0; length];
-    reader.read_exact(&mut body)?;
-    let name = path.trim_start_matches('/').split('?').next().unwrap_or_default();
-    let kind = match name.rsplit('.').next() {
-        Some("html") => "text/html",
-        Some("js") => "text/javascript",
-        Some("wasm") => "application/wasm",
-        _ => "application/octet-stream",
-    };
-    let content = match name {
-        "test.html" => Ok(TEST_PAGE.as_bytes().to_vec()),
-        "outcome" => {
-            let _ = outcome.send(String::from_utf8_lossy(&body).into_owned());
-            Ok(Vec::new())
-        }
-        _ => fs::read(folder.join(name)),
-    };
-    let (status, content) = match content {
-        Ok(content) => ("200 OK", content),
-        Err(_) => ("404 Not Found", Vec::new()),
-    };
-    let mut stream = stream;
-    let length = content.len();
-    write!(
-        stream,
-        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"
-    )?;
-    stream.write_all(&content)
-}
-
-/// Opens the test's page in `browser` and returns what it posts.
-fn work_page(browser: &str, folder: &TestFolder) -> Value {
-    let (sender, receiver) = channel();
-    let port = serve_folder(folder.path("page"), sender);
-    let profile = folder.path("profile");
-    let mut shown = Command::new(browser)
-        .args(["--headless=new", "--no-sandbox", "--window-size=1300,1000"])
-        .args([
-            "--use-gl=angle",
-            "--use-angle=swiftshader",
-            "--enable-unsafe-swiftshader",
-            "--ignore-gpu-blocklist",
-        ])
-        .args([
-            "--enable-unsafe-webgpu",
-            "--enable-features=Vulkan",
-            "--use-webgpu-adapter=swiftshader",
-        ])
-        .args(["--disable-background-networking", "--remote-debugging-port=0"])
-        .arg(format!("--user-data-dir={}", profile.display()))
-        .arg(format!("http://127.0.0.1:{port}/test.html"))
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let outcome = receiver.recv_timeout(OUTCOME_LIMIT);
-    shown.kill().unwrap();
-    shown.wait().unwrap();
-    serde_json::from_str(&outcome.expect("the page hands nothing over")).unwrap()
-}
-
 #[test]
 fn live_page_solves_as_the_native_program() {
     let test = "live_page_solves_as_the_native_program";
@@ -188,7 +89,7 @@ fn live_page_solves_as_the_native_program() {
     let program = fs::read(folder.path("page/program_bg.wasm")).unwrap();
     let compressed = miniz_oxide::deflate::compress_to_vec(&program, 9).len();
     assert!(compressed < MAX_PROGRAM_BYTES, "{compressed} bytes");
-    let outcome = work_page(&browser, &folder);
+    let outcome = work_pages(&browser, &folder.path(""), SCRIPT, OUTCOME_LIMIT);
     assert_eq!(outcome["failed"], Value::Null);
     for scene in LIVE_SCENES {
         let native = solve_natively(scene, json!([]), Value::Null);
