@@ -25,13 +25,18 @@ const OPEN_SHARE_ROUNDINGS: f64 = 1.0;
 /// its results are those of the other engine. A relight restarts it: with the captured light, then with the change.
 pub struct ShotRecorder<'a, E: Shoot + ?Sized> {
     engine: &'a mut E,
+    record: ShotRecord<'a>,
+    /// Unshot power of each patch, as the loop has last read it.
+    power: Vec<f32>,
+}
+
+/// The record of a solve under way.
+pub struct ShotRecord<'a> {
     links: LinkReader<'a>,
     /// Settings by which the hemispheres are drawn.
     drawing: ItemBufferSettings,
     /// Rule by which texels receive a shot.
     rule: DepositRule,
-    /// Unshot power of each patch, as the loop has last read it.
-    power: Vec<f32>,
     trace: ShotTrace,
     /// Power that the recorded shots lost.
     lost: LostPower,
@@ -68,17 +73,33 @@ pub struct TraceLimits {
 impl<'a, E: Shoot + ?Sized> ShotRecorder<'a, E> {
     /// Makes a recorder; shots beyond its limits are only counted.
     ///
-    /// Errors: the engine's; [`Error::Usage`] of form factors that are scaled to conserve power, which the record has no place
-    /// for.
+    /// Errors: the engine's; those of [`ShotRecord::new`].
     pub fn new(engine: &'a mut E, mesh: &'a Mesh, transport: &Transport, limits: TraceLimits) -> Result<Self> {
+        let record = ShotRecord::new(mesh, transport, limits, engine.read_field()?)?;
+        Ok(Self {
+            engine,
+            record,
+            power: Vec::new(),
+        })
+    }
+
+    /// Returns the record.
+    pub fn into_trace(self) -> ShotTrace {
+        self.record.into_trace()
+    }
+}
+
+impl<'a> ShotRecord<'a> {
+    /// Makes the record of a solve that begins with the texels `initial`; shots beyond its limits are only counted.
+    ///
+    /// Errors: [`Error::Usage`] of form factors that are scaled to conserve power, which the record has no place for.
+    pub fn new(mesh: &'a Mesh, transport: &Transport, limits: TraceLimits, initial: RadiosityField) -> Result<Self> {
         if transport.conserve {
             return Err(Error::Usage(
                 "the form factors of a traced solve cannot be scaled to conserve power".into(),
             ));
         }
-        let initial = engine.read_field()?;
         Ok(Self {
-            engine,
             links: LinkReader {
                 mesh,
                 form_factor: transport.form_factor,
@@ -89,7 +110,6 @@ impl<'a, E: Shoot + ?Sized> ShotRecorder<'a, E> {
             },
             drawing: hemisphere_settings(transport.visibility),
             rule: DepositRule::FULL_DEPOSIT,
-            power: Vec::new(),
             trace: ShotTrace {
                 initial_energy: Some(EnergyBalance::new(mesh, &initial, &[])),
                 initial,
@@ -112,20 +132,26 @@ impl<'a, E: Shoot + ?Sized> ShotRecorder<'a, E> {
         self.trace
     }
 
-    fn record_shot(&mut self, shot: Shot) -> Result<()> {
+    /// Returns whether shots are only counted from now on.
+    pub fn is_full(&self) -> bool {
+        self.trace.reached_limit.is_some()
+    }
+
+    /// Counts a shot. Returns whether [`Self::add_shot`] may add it.
+    pub fn count_shot(&mut self, shot: &Shot) -> bool {
         self.trace.shot_count += 1;
-        if self.trace.reached_limit.is_some() {
-            return Ok(());
+        let is_new = !self.linked.contains_key(&(shot.patch, self.rule.captured));
+        if !self.is_full() && is_new && (self.linked.len() + 1) * self.links.order.texels.len() > self.limits.links {
+            self.trace.reached_limit = Some(TraceLimit::Links);
         }
+        !self.is_full()
+    }
+
+    /// Adds a shot that is counted, with the unshot power of the patches before it and the texels after it.
+    pub fn add_shot(&mut self, shot: Shot, power: &[f32], field: &RadiosityField) {
         let (limits, order) = (self.limits, &self.links.order);
         let (key, captured) = ((shot.patch, self.rule.captured), self.rule.captured);
-        let is_new = !self.linked.contains_key(&key);
-        if is_new && (self.linked.len() + 1) * order.texels.len() > limits.links {
-            self.trace.reached_limit = Some(TraceLimit::Links);
-            return Ok(());
-        }
-        let field = self.engine.read_field()?;
-        let packed = is_new.then(|| {
+        let packed = (!self.linked.contains_key(&key)).then(|| {
             let mut links = self.links.read_links(shot.patch, captured, &field.irradiance);
             links.share_errors = match self.links.has_item_buffer && self.trace.relight.is_none() {
                 true => self.links.find_share_errors(shot.patch, &links),
@@ -142,7 +168,7 @@ impl<'a, E: Shoot + ?Sized> ShotRecorder<'a, E> {
         self.bytes += own + limits.each.shot;
         if self.bytes > limits.bytes {
             self.trace.reached_limit = Some(TraceLimit::Bytes);
-            return Ok(());
+            return;
         }
         let links = *self.linked.entry(key).or_insert(self.trace.links.len());
         if let Some((links, hemisphere)) = packed {
@@ -151,15 +177,29 @@ impl<'a, E: Shoot + ?Sized> ShotRecorder<'a, E> {
         }
         self.lost.add_shot(&shot);
         let mesh = self.links.mesh;
-        let balance = || EnergyBalance::with_lost_power(mesh, &field, self.lost);
+        let balance = || EnergyBalance::with_lost_power(mesh, field, self.lost);
         self.trace.shots.push(TracedShot {
             shot,
             links,
             radiosity: Vec3::from(shot.power) / mesh.patches[shot.patch as usize].shooter.area,
-            ranking: rank_patches(&self.power),
+            ranking: rank_patches(power),
             energy: self.trace.relight.is_none().then(balance),
         });
-        Ok(())
+    }
+
+    /// Continues by another rule of a relight from `field`, of which `power` is unshot.
+    fn restart_from(&mut self, rule: DepositRule, power: f32, (reflectance, field): (&[Vec3], &RadiosityField)) {
+        self.rule = rule;
+        if rule.captured {
+            self.trace.initial_energy = None;
+            self.trace.relight = Some(TracedRelight {
+                captured_power: power,
+                reshoot: true,
+            });
+        } else if let Some(relight) = &mut self.trace.relight {
+            relight.reshoot = rule.reshoot;
+            self.trace.initial = undo_captured_shots(self.links.mesh, rule, reflectance, field);
+        }
     }
 }
 
@@ -277,7 +317,9 @@ impl<E: Shoot + ?Sized> Shoot for ShotRecorder<'_, E> {
 
     fn shoot(&mut self, patch: u32) -> Result<Shot> {
         let shot = self.engine.shoot(patch)?;
-        self.record_shot(shot)?;
+        if self.record.count_shot(&shot) {
+            self.record.add_shot(shot, &self.power, &self.engine.read_field()?);
+        }
         Ok(shot)
     }
 
@@ -289,19 +331,8 @@ impl<E: Shoot + ?Sized> Shoot for ShotRecorder<'_, E> {
 impl<E: Restart + ?Sized> Restart for ShotRecorder<'_, E> {
     fn restart_from(&mut self, rule: DepositRule, reflectance: &[Vec3], field: &RadiosityField) -> Result<()> {
         self.engine.restart_from(rule, reflectance, field)?;
-        self.rule = rule;
-        if rule.captured {
-            self.trace.initial_energy = None;
-            self.trace.relight = Some(TracedRelight {
-                captured_power: total_power(&self.engine.patch_power()?),
-                reshoot: true,
-            });
-            return Ok(());
-        }
-        if let Some(relight) = &mut self.trace.relight {
-            relight.reshoot = rule.reshoot;
-            self.trace.initial = undo_captured_shots(self.links.mesh, rule, reflectance, field);
-        }
+        let power = total_power(&self.engine.patch_power()?);
+        self.record.restart_from(rule, power, (reflectance, field));
         Ok(())
     }
 }
