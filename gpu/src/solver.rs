@@ -28,6 +28,8 @@ use web_time::Instant;
 
 /// Fewest shots of a submission, unless a shot is slow.
 const MIN_BATCH_SHOTS: u32 = 64;
+/// Buffers of the texels' state.
+const FIELD_BUFFERS: [&str; 3] = ["radiosity", "residual", "irradiance"];
 
 /// Progressive refinement on a GPU.
 pub struct GpuSolver<'a> {
@@ -42,6 +44,16 @@ pub struct GpuSolver<'a> {
     pub(crate) passes: Option<PassStages>,
     /// Stages for checks, made when the first one begins.
     pub(crate) probe: Option<LinkProbe>,
+}
+
+/// A shot with its outcome.
+pub struct ObservedShot {
+    /// The shot.
+    pub shot: Shot,
+    /// Σ|r|A over the texels and channels of each patch, after it.
+    pub power: Vec<f32>,
+    /// The texels after it.
+    pub field: RadiosityField,
 }
 
 /// A batch that runs.
@@ -195,8 +207,19 @@ impl<'a> GpuSolver<'a> {
         stages.next.dispatch_groups(&mut pass, [1, 1, 1]);
     }
 
-    /// Records and submits `shots` shots; the first batch of a run selects its first shooter as well.
-    fn launch_batch(&mut self, order: ShotOrder, done: u32, shots: u32) -> BatchInFlight {
+    /// Prepares shots in an order.
+    fn begin_series(&mut self, order: ShotOrder) {
+        match order {
+            ShotOrder::Greedy { threshold } => self.write_params(threshold, false),
+            ShotOrder::Replay(_) => self.write_params(0.0, true),
+        }
+        if let Some(passes) = &mut self.passes {
+            passes.forget_rows();
+        }
+    }
+
+    /// Records `shots` shots; the first batch of a run selects its first shooter as well.
+    fn record_batch(&mut self, order: ShotOrder, done: u32, shots: u32) -> wgpu::CommandEncoder {
         let table = &self.context.buffers.table;
         if let ShotOrder::Replay(log) = order {
             let from = (done as usize).min(log.len());
@@ -215,9 +238,16 @@ impl<'a> GpuSolver<'a> {
         for _ in 0..shots {
             self.record_shot(&mut encoder);
         }
+        encoder
+    }
+
+    /// Records and submits `shots` shots.
+    fn launch_batch(&mut self, order: ShotOrder, done: u32, shots: u32) -> BatchInFlight {
+        let encoder = self.record_batch(order, done, shots);
+        let log = &self.context.buffers.table["log"];
         let start = Instant::now();
         BatchInFlight {
-            pending: self.context.host.submit_read(encoder, &[(&table["log"], 0, LOG_BYTES)]),
+            pending: self.context.host.submit_read(encoder, &[(log, 0, LOG_BYTES)]),
             shots,
             start,
         }
@@ -226,8 +256,13 @@ impl<'a> GpuSolver<'a> {
     async fn land_batch(&mut self, flight: BatchInFlight) -> Result<Vec<Shot>> {
         let bytes = self.context.host.request_bytes(flight.pending).await?;
         self.pace.record_landing(flight.start, flight.shots);
+        self.decode_log(&bytes, flight.shots)
+    }
+
+    /// Decodes the log of a submission of at most `most` shots.
+    fn decode_log(&self, bytes: &[u8], most: u32) -> Result<Vec<Shot>> {
         let count = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-        if count > flight.shots {
+        if count > most {
             return Err(self
                 .context
                 .host
@@ -236,6 +271,18 @@ impl<'a> GpuSolver<'a> {
         }
         let records: Vec<LogRecord> = pod_collect_to_vec(&bytes[LOG_COUNT_BYTES as usize..]);
         Ok(records[..count as usize].iter().map(Shot::from).collect())
+    }
+
+    /// Makes the texels' state of the values in these buffers.
+    fn field_of(&self, values: &[Vec4]) -> RadiosityField {
+        let texels = self.context.mesh.texels.len();
+        let part = |k: usize| values[k * texels..(k + 1) * texels].to_vec();
+        RadiosityField {
+            origin: format!("gpu: {}", self.context.host.gpu.line.name),
+            radiosity: part(0),
+            residual: part(1),
+            irradiance: part(2),
+        }
     }
 }
 
@@ -269,17 +316,39 @@ impl GpuSolver<'_> {
 
     /// Awaits the texels' state.
     pub async fn request_field(&mut self) -> Result<RadiosityField> {
-        let (host, table) = (&mut self.context.host, &self.context.buffers.table);
-        let texels = self.context.mesh.texels.len();
-        let ranges = ["radiosity", "residual", "irradiance"].map(|name| (&table[name], 0, 16 * texels as u64));
-        let values: Vec<Vec4> = host.request_values(host.command_encoder(), &ranges).await?;
-        let part = |k: usize| values[k * texels..(k + 1) * texels].to_vec();
-        Ok(RadiosityField {
-            origin: format!("gpu: {}", self.context.host.gpu.line.name),
-            radiosity: part(0),
-            residual: part(1),
-            irradiance: part(2),
-        })
+        let encoder = self.context.host.command_encoder();
+        let table = &self.context.buffers.table;
+        let bytes = 16 * self.context.mesh.texels.len() as u64;
+        let ranges = FIELD_BUFFERS.map(|name| (&table[name], 0, bytes));
+        let values: Vec<Vec4> = self.context.host.request_values(encoder, &ranges).await?;
+        Ok(self.field_of(&values))
+    }
+
+    /// Awaits the first shot of `order`, with the patches' unshot power and the texels after it; none if there is none.
+    pub async fn request_observed_shot(&mut self, order: ShotOrder<'_>) -> Result<Option<ObservedShot>> {
+        self.begin_series(order);
+        let encoder = self.record_batch(order, 0, 1);
+        let (mesh, table) = (self.context.mesh, &self.context.buffers.table);
+        let (texel_bytes, patch_bytes) = (16 * mesh.texels.len() as u64, 16 * mesh.patches.len() as u64);
+        let [radiosity, residual, irradiance] = FIELD_BUFFERS.map(|name| (&table[name], 0, texel_bytes));
+        let ranges = [
+            (&table["log"], 0, LOG_BYTES),
+            (&table["sums"], 0, patch_bytes),
+            radiosity,
+            residual,
+            irradiance,
+        ];
+        let pending = self.context.host.submit_read(encoder, &ranges);
+        let bytes = self.context.host.request_bytes(pending).await?;
+        let (log, rest) = bytes.split_at(LOG_BYTES as usize);
+        let (sums, field) = rest.split_at(patch_bytes as usize);
+        let sums: Vec<Vec4> = pod_collect_to_vec(sums);
+        let shots = self.decode_log(log, 1)?;
+        Ok(shots.first().map(|shot| ObservedShot {
+            shot: *shot,
+            power: sums.iter().map(|sum| sum.w).collect(),
+            field: self.field_of(&pod_collect_to_vec(field)),
+        }))
     }
 
     /// Awaits the shot of one patch.
@@ -301,18 +370,15 @@ impl GpuSolver<'_> {
         max_shots: u32,
         watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>,
     ) -> Result<()> {
-        let (threshold, max_shots) = match order {
-            ShotOrder::Greedy { threshold } => (threshold, max_shots),
-            ShotOrder::Replay(log) => (0.0, max_shots.min(log.len() as u32)),
+        let max_shots = match order {
+            ShotOrder::Greedy { .. } => max_shots,
+            ShotOrder::Replay(log) => max_shots.min(log.len() as u32),
         };
-        self.write_params(threshold, matches!(order, ShotOrder::Replay(_)));
+        self.begin_series(order);
         let mut flights = VecDeque::new();
         let mut launched = 0;
         let mut ended = false;
         self.pace.start_series();
-        if let Some(passes) = &mut self.passes {
-            passes.forget_rows();
-        }
         loop {
             while !ended && flights.len() < IN_FLIGHT && launched < max_shots {
                 let shots = self.pace.next_shots(launched, max_shots - launched);
