@@ -20,6 +20,7 @@
       const { live } = studio;
       const is_done = () => studio.dataset.state === "estimated";
       await until(scene, is_done);
+      studio.querySelector("[name=solver]").value = "cpu";
       const seconds = [];
       for (let round = 0; round < ROUNDS; round++) {
         const before = live.solved;

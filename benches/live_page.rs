@@ -40,7 +40,10 @@ fn main() {
     let script = format!("const SCENES = {}, ROUNDS = {TIMED_ROUNDS};\n{SCRIPT}", json!(SCENES));
     let outcome = work_pages(&browser, &folder, &script, BROWSER_LIMIT);
     assert_eq!(outcome["failed"], Value::Null);
-    let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread starts");
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("a thread starts");
     for timed in outcome["scenes"].as_array().expect("scenes are timed") {
         compare_with_native(&repository, timed, &pool);
     }
@@ -70,7 +73,11 @@ fn compare_with_native(repository: &Path, timed: &Value, pool: &ThreadPool) {
         (start.elapsed().as_secs_f64(), solved.checksum)
     };
     let rounds: Vec<(f64, String)> = (0..TIMED_ROUNDS).map(|_| solve()).collect();
-    assert!(rounds.iter().all(|(_, checksum)| timed["checksum"] == checksum.as_str()));
+    assert!(
+        rounds
+            .iter()
+            .all(|(_, checksum)| timed["checksum"] == checksum.as_str())
+    );
     let seconds = timed["seconds"].as_array().expect("solves are timed");
     let [page, page_least, page_most] = median_and_range(seconds.iter().filter_map(Value::as_f64));
     let [native, native_least, native_most] = median_and_range(rounds.iter().map(|(seconds, _)| *seconds));

@@ -126,6 +126,20 @@
     await change_shader("deposit", "fn ", "fnord ");
     outcome.gpu.refused = await verdict();
     await set("shader", "");
+    // The GPU solves in the place of the CPU; the CPU does where the GPU fails.
+    await set("solver", "gpu", "estimated");
+    const { solver, shots: made, power } = studio.live.solved;
+    outcome.gpu_solve = { solver, power, shots: made, shown: trace().page.last, told: told(), verdict: await verdict() };
+    const { program } = studio.live;
+    const { ask } = program;
+    program.ask = (act, content, show) => {
+      if (act === "solve" && content.request.solver === "gpu") return Promise.reject(new Error("the device is lost"));
+      return ask.call(program, act, content, show);
+    };
+    await set("solver", "gpu", "estimated");
+    outcome.gpu_failed = { ...state(), solver: studio.live.solved.solver, told: told() };
+    delete program.ask;
+    await set("solver", "cpu", "estimated");
     // Every stage beside its twin, on a small scene; with a changed shader its stage is wrong.
     const test_stages = async () => {
       const button = studio.querySelector("[data-do=test]");

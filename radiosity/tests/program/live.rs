@@ -4,16 +4,22 @@ use super::browser::browser_for;
 use super::command::TestFolder;
 use crate::baked::BakedScene;
 use common::file::keep_in_memory;
-use glam::Vec3;
+use common::settings::Settings;
+use common::shooting::{Shoot, shoot_until_converged};
+use glam::{Vec3, Vec4};
+use gpu::{Gpu, GpuSolver};
 use live::browser_gpu::{LiveShader, list_shaders};
 use live::case::{ExactComparison, list_cases};
 use live::change::{GroupChange, change_scene};
 use live::fault::{LIVE_FAULTS, LiveFault};
 use live::gpu_comparison::{check_origins, compare_with_gpu};
-use live::request::LiveRequest;
+use live::request::{LiveRequest, LiveSolver};
+use live::slice::{RecordedGpu, shoot_in_slices};
 use live::solve::{LiveScene, LiveSolve};
 use oracle::solve::progress::without_progress;
+use oracle::trace::recorder::{ShotRecord, ShotRecorder};
 use pollster::block_on;
+use radiosity::report::trace::TRACE_LIMITS;
 use radiosity::studies::stress::Verdict;
 use radiosity::studies::stress::cases::ALL_CASES;
 use radiosity::studies::stress::methods::{DISC, POLYGON, STEREOGRAPHIC};
@@ -111,6 +117,7 @@ fn live_page_solves_as_the_native_program() {
     check_pointed_texel(&outcome["pointed"]);
     check_changes(&outcome, &native);
     check_gpu(&outcome["gpu"], native.shots);
+    check_gpu_solve(&outcome, &native);
     check_cases(&outcome["cases"]);
     assert_eq!(outcome["item_buffer"]["what"], "error");
     assert!(outcome["item_buffer"]["wrong"].as_f64().unwrap() > 0.01);
@@ -188,6 +195,24 @@ fn check_gpu(gpu: &Value, shots: usize) {
     let refused = gpu["refused"]["said"].as_str().unwrap();
     assert!(refused.contains("deposit.wgsl:13:1: expected"), "{refused}");
     assert_eq!(gpu["refused"]["viewers"], 0);
+}
+
+/// The GPU solves the scene as the CPU does, is judged beside it, and is replaced by it where it fails.
+fn check_gpu_solve(outcome: &Value, native: &LiveSolve) {
+    let solve = &outcome["gpu_solve"];
+    assert_eq!(solve["solver"], "gpu");
+    assert_eq!(solve["shots"], native.shots);
+    assert_eq!(solve["shown"], native.shots);
+    let told = solve["told"].as_str().unwrap();
+    assert!(told.starts_with("GPU (google swiftshader), by WebGPU: "), "{told}");
+    let absorbed = solve["power"]["absorbed"].as_f64().unwrap();
+    assert!((absorbed / native.power.absorbed - 1.0).abs() < 1e-5, "{absorbed}");
+    assert_eq!(solve["verdict"]["tone"], "verdict agree", "{solve}");
+    let fallen = &outcome["gpu_failed"];
+    assert_eq!(fallen["solver"], "cpu");
+    assert_eq!(fallen["checksum"], native.checksum);
+    let told = fallen["told"].as_str().unwrap();
+    assert!(told.starts_with("The GPU failed: the device is lost. CPU, "), "{told}");
 }
 
 /// All stages are right by every visibility; a changed shader makes its own wrong by each.
@@ -343,6 +368,50 @@ fn check_stop(outcome: &Value) {
     assert_eq!(outcome["ended"]["lightmap"], true);
 }
 
+/// The GPU that is awaited makes the shots and the record of single shots that wait.
+#[test]
+fn gpu_records_the_shots_of_the_native_program() {
+    let mut live = open_bundled("cornell_box");
+    let mut request = LiveRequest::parse(&first_request(json!([]), Value::Null)).unwrap();
+    (request.solver, request.visibility, request.pixels) = (LiveSolver::Gpu, "stereographic".to_owned(), 16);
+    let told = solve_whole(&mut live, &request);
+    let latest = live.latest().unwrap();
+    let (
+        mesh,
+        Settings {
+            transport, schedule, ..
+        },
+    ) = (&latest.solved.mesh, &latest.solved.settings);
+    let gpu = Gpu::open(None).unwrap();
+    assert_eq!(
+        (told.solver.as_str(), told.adapter.as_deref()),
+        ("gpu", Some(&*gpu.line.name))
+    );
+    let mut engine = GpuSolver::new(&gpu, mesh, transport).unwrap();
+    let mut recorder = ShotRecorder::new(&mut engine, mesh, transport, TRACE_LIMITS).unwrap();
+    let native = shoot_until_converged(&mut recorder, schedule, &mut |_, _| ControlFlow::Continue(())).unwrap();
+    let waited = recorder.into_trace();
+    assert!(native.shots.len() > 50 && native.field.radiosity.iter().any(|b| *b != Vec4::ZERO));
+    assert_eq!(latest.solved.run.shots, native.shots);
+    assert_eq!(latest.solved.run.field, native.field);
+    let mut solver = GpuSolver::new(&gpu, mesh, transport).unwrap();
+    let initial = solver.read_field().unwrap();
+    let mut recorded = RecordedGpu {
+        power: solver.patch_power().unwrap(),
+        record: ShotRecord::new(mesh, transport, TRACE_LIMITS, initial).unwrap(),
+        solver,
+    };
+    let mut pause = async |_| ControlFlow::Continue(());
+    let awaited = block_on(shoot_in_slices(&mut recorded, schedule, &mut pause)).unwrap();
+    assert_eq!(awaited.shots, native.shots);
+    let awaited = recorded.record.into_trace();
+    assert_eq!(awaited.links.len(), waited.links.len());
+    assert_eq!(format!("{:?}", awaited.shots), format!("{:?}", waited.shots));
+    // It is judged beside the CPU, which is then made to solve.
+    let compared = block_on(compare_with_gpu(&live, &[])).unwrap();
+    assert!(compared.agrees, "{}", compared.difference);
+}
+
 #[test]
 fn stopped_solve_has_the_first_shots_of_the_whole() {
     let mut request: Value = serde_json::from_str(&first_request(json!([]), Value::Null)).unwrap();
@@ -361,8 +430,8 @@ fn stopped_solve_has_the_first_shots_of_the_whole() {
             }
         };
         let solve = block_on(live.solve(&request, &without_progress(), pause)).unwrap();
-        let shots = live.latest().unwrap().1.run.shots.clone();
-        let schedule = live.latest().unwrap().1.settings.schedule;
+        let shots = live.latest().unwrap().solved.run.shots.clone();
+        let schedule = live.latest().unwrap().solved.settings.schedule;
         (solve, shots, schedule)
     };
     let (whole, all, _) = solve(usize::MAX);
@@ -549,7 +618,7 @@ fn gpu_agrees_and_a_changed_shader_is_named_by_its_stage() {
     solve_whole(&mut scene, &request);
     let own = block_on(compare_with_gpu(&scene, &[])).unwrap();
     assert!(own.agrees && own.wrong_stage.is_none(), "{}", own.difference);
-    let field = &scene.latest().unwrap().1.run.field;
+    let field = &scene.latest().unwrap().solved.run.field;
     assert!(check_origins(field, field).is_err());
     for LiveFault {
         file,

@@ -109,6 +109,8 @@ class LivePage {
     this.listen();
     this.list_shaders();
     this.list_cases();
+    this.has_gpu = false;
+    this.gpu_offered = this.offer_gpu();
     const asked = new URLSearchParams(location.search).get("scene");
     const { scene } = this.form.elements;
     if ([...scene.options].some((option) => option.value === asked)) scene.value = asked;
@@ -145,12 +147,23 @@ class LivePage {
     if (name === "case") return this.choose_case();
     if (name === "value") return this.open_case();
     if (name === "method") this.set_method();
+    if (name === "solver") this.gpu_failure = null;
     if (name === "files") return this.choose_files([...files]);
     if (name === "lamp") return this.show_lamp();
     if (name === "surface") return this.show_surface();
     if (["x", "y", "z", "brightness"].includes(name)) this.change_lamp(lamp.value);
     if (["red", "green", "blue"].includes(name)) this.change_surface(surface.value);
     return this.solve();
+  }
+
+  // Offers the GPU where the browser has one. It solves, unless it is one that the CPU stands in for.
+  async offer_gpu() {
+    // A program that does not start has its failure told elsewhere.
+    const adapter = await this.program.started.catch(() => null);
+    const { solver } = this.form.elements;
+    this.has_gpu = !!adapter;
+    solver.querySelector("[value=gpu]").disabled = !adapter;
+    if (adapter && !adapter.software) solver.value = "gpu";
   }
 
   // Fills the list of the cases that are built to break a method.
@@ -248,6 +261,8 @@ class LivePage {
       if (turn === this.turn && !(error instanceof Ended)) this.show_failure(error.message);
       return;
     }
+    await this.gpu_offered;
+    if (turn !== this.turn) return;
     this.changes.clear();
     this.view = null;
     this.fill_controls();
@@ -335,7 +350,7 @@ class LivePage {
     const { elements } = this.form;
     const number = (name) => Number(elements[name].value);
     return {
-      texels: number("texels"), patches: number("patches"), samples: number("samples"),
+      solver: elements.solver.value, texels: number("texels"), patches: number("patches"), samples: number("samples"),
       visibility: elements.visibility.value, pixels: number("pixels"), form_factor: elements.form_factor.value,
       epsilon: number("epsilon"), changes: [...this.changes.values()], view: this.view,
     };
@@ -354,7 +369,7 @@ class LivePage {
       this.wanted = false;
       this.begun = performance.now();
       await this.solve_once().catch((error) => {
-        if (!(error instanceof Ended)) this.show_failure(error.message);
+        if (!(error instanceof Ended)) this.fall_back(error.message);
         else if (this.stopping) this.show_end();
       });
       this.stopping = false;
@@ -362,6 +377,15 @@ class LivePage {
     this.running = false;
     this.button("stop").disabled = true;
     this.bar.value = 1;
+  }
+
+  // After a failure of the GPU the CPU solves; after one of the CPU nothing does.
+  fall_back(message) {
+    const { solver } = this.form.elements;
+    if (solver.value !== "gpu") return this.show_failure(message);
+    solver.value = "cpu";
+    this.gpu_failure = message;
+    this.wanted = true;
   }
 
   async solve_once() {
@@ -377,9 +401,9 @@ class LivePage {
     for (const name of ["reset", "picture", "lightmap", "glb"]) this.button(name).disabled = false;
     this.element.dataset.checksum = solve.checksum;
     this.set_state(solve.stopped ? "stopped" : "solved");
-    for (const name of ["compare", "test"]) this.button(name).disabled = !navigator.gpu;
+    for (const name of ["compare", "test"]) this.button(name).disabled = !this.has_gpu;
     this.stage_test.forget();
-    this.forget_comparison(navigator.gpu ? "" : "This browser has no WebGPU, so only the CPU runs here.");
+    this.forget_comparison(this.has_gpu ? "" : "This browser has no GPU with WebGPU, so only the CPU runs here.");
     if (this.wanted || solve.stopped) return;
     const answer = await this.tell_exact();
     if (answer) this.tell(answer);
@@ -403,13 +427,14 @@ class LivePage {
 
   // Says what ran and what came out.
   tell(end) {
-    const { shots, stopped, seconds, power, outside, checksum, solver } = this.solved;
-    const by = { cpu: "CPU, in WebAssembly with one thread" }[solver];
+    const { shots, stopped, seconds, power, outside, checksum, solver, adapter } = this.solved;
+    const by = { cpu: "CPU, in WebAssembly with one thread", gpu: `GPU (${adapter}), by WebGPU` }[solver];
+    const failure = this.gpu_failure ? `The GPU failed: ${end_sentence(this.gpu_failure)} ` : "";
     const share = (part) => percent(share_of(part, power.emitted));
     const light = outside ? ` From outside come ${watts(outside)}.` : " No light comes in from outside: the scene is closed.";
     const start = stopped ? `Stopped after ${shots} ${shots === 1 ? "shot" : "shots"}, ${share(power.unshot)} unshot. ` : "";
     this.outcome.textContent =
-      `${start}${by}: ${shots} ${shots === 1 ? "shot" : "shots"} in ${number(Number(seconds.toPrecision(3)))} s. Of ${watts(power.emitted)} emitted, ${share(power.absorbed)} is absorbed, ` +
+      `${failure}${start}${by}: ${shots} ${shots === 1 ? "shot" : "shots"} in ${number(Number(seconds.toPrecision(3)))} s. Of ${watts(power.emitted)} emitted, ${share(power.absorbed)} is absorbed, ` +
       `${share(power.escaped)} has escaped, ${share(power.unshot)} is unshot; closure (what the form factors lose) ${share(power.closure)}.` +
       `${outside === null ? "" : light}${end} Checksum of B, r and H: ${checksum}.`;
   }
@@ -485,7 +510,7 @@ class LivePage {
     return this.shaders.some((own) => own.name === name && own.text !== text) ? [{ name, text }] : [];
   }
 
-  // Solves on the GPU what the CPU has solved, and shows both and their difference.
+  // Solves on the GPU, and on the CPU if it has not solved this yet, and shows both and their difference.
   async compare() {
     const solved = this.solved;
     this.forget_comparison("The GPU solves …");

@@ -1,14 +1,30 @@
 // Runs the program for live.js: one answer to each message, and reports of progress in between.
 
-import start, { OpenScene, give_file, list_cases, list_faults, list_shaders, take_file } from "./program.js";
+import start, { OpenScene, describe_adapter, give_file, list_cases, list_faults, list_shaders, take_file } from "./program.js";
 
 let scene = null;
 let given = [];
 let stopping = false;
 let turn = Promise.resolve();
 
+// Returns name and kind of the browser's GPU; null if it has none.
+async function find_adapter() {
+  // A browser that fails to say has none.
+  const adapter = await navigator.gpu?.requestAdapter().catch(() => null);
+  if (!adapter) return null;
+  const { vendor, architecture, device, description } = adapter.info ?? {};
+  const name = description || [vendor, architecture, device].filter(Boolean).join(" ") || "a GPU without a name";
+  return { name, software: adapter.info?.isFallbackAdapter ?? adapter.isFallbackAdapter ?? false };
+}
+
 const acts = {
-  start: ({ module }) => start({ module_or_path: module }).then(() => null),
+  // Starts the program; returns the browser's GPU.
+  async start({ module }) {
+    await start({ module_or_path: module });
+    const adapter = await find_adapter();
+    if (adapter) describe_adapter(adapter.name, adapter.software);
+    return adapter;
+  },
 
   // Opens a scene of files, which take the place of those before, or the case of that name at a value of its parameter;
   // in the light of a panorama among the files if one is named.

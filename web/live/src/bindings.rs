@@ -27,6 +27,12 @@ pub fn take_file(name: &str) {
     keep_in_memory(Path::new(name), None);
 }
 
+/// Says what the browser tells of its GPU: its name, and whether the CPU stands in for it.
+#[wasm_bindgen]
+pub fn describe_adapter(name: String, software: bool) {
+    crate::browser_gpu::describe_adapter(name, software);
+}
+
 /// Lists the shaders that the page can change, as JSON.
 ///
 /// Errors: none that is known.

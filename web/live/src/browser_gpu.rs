@@ -5,6 +5,7 @@ use gpu::Gpu;
 use gpu::shader_files::{SHADER_STAGES, ShaderFile, ShaderStage};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// Files whose faults a solve shot by shot shows.
 const SHOT_SHADERS: [&str; 15] = [
@@ -24,6 +25,9 @@ const SHOT_SHADERS: [&str; 15] = [
     "unshot_power",
     "select",
 ];
+
+/// What the browser tells of its adapter: see [`describe_adapter`].
+static ADAPTER: OnceLock<(String, bool)> = OnceLock::new();
 
 /// A shader that takes the place of the program's.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -45,6 +49,12 @@ pub fn list_shaders() -> Vec<LiveShader> {
     shaders.collect()
 }
 
+/// Says what the browser tells of its adapter: the name, and whether the CPU stands in for a GPU.
+pub fn describe_adapter(name: String, software: bool) {
+    // The first stays: a worker is started once.
+    let _ = ADAPTER.set((name, software));
+}
+
 /// Opens the browser's GPU with shaders of others in the place of the program's.
 ///
 /// Errors: those of the device; that of an unknown shader.
@@ -54,5 +64,10 @@ pub async fn open_gpu(shaders: &[LiveShader]) -> Result<Gpu> {
         let stage = ShaderStage::find(name)?.name;
         files.push(ShaderFile::new(stage, Path::new(&format!("{name}.wgsl")), text.clone()));
     }
-    Ok(Gpu::request(None).await?.with_shader_files(files))
+    let mut gpu = Gpu::request(None).await?;
+    if let Some((name, software)) = ADAPTER.get() {
+        name.clone_into(&mut gpu.line.name);
+        gpu.line.software = *software;
+    }
+    Ok(gpu.with_shader_files(files))
 }

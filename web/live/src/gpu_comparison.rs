@@ -1,12 +1,14 @@
-//! The latest solve made again on the browser's GPU, and compared with that of the CPU.
+//! The latest solve made again on the browser's GPU, and compared with that of the CPU, which is made again if the GPU made it.
 
 use crate::browser_gpu::{LiveShader, open_gpu};
 use crate::gpu_stages::check_solve;
-use crate::solve::{LivePower, LiveScene};
+use crate::request::LiveSolver;
+use crate::solve::{LatestSolve, LivePower, LiveScene};
 use common::energy::EnergyBalance;
 use common::mesh::Mesh;
-use common::shooting::{RadiosityField, Shot};
+use common::shooting::{RadiosityField, Shot, shoot_until_converged};
 use common::{Error, Result};
+use cpu::CpuSolver;
 use glam::DVec3;
 use gpu::GpuSolver;
 use oracle::compare::checked_stages::CheckedStages;
@@ -45,9 +47,12 @@ pub struct GpuComparison {
 /// Errors: [`Error::Usage`] if nothing is solved yet; [`Error::NoAdapter`]; [`Error::Device`]; [`Error::Input`] of a shader that
 /// the device refuses; [`Error::Fault`] of two solves by the same engine.
 pub async fn compare_with_gpu(live: &LiveScene, shaders: &[LiveShader]) -> Result<GpuComparison> {
-    let Some((scene, solved, view)) = live.latest() else {
-        return Err(Error::Usage("nothing is solved yet".into()));
-    };
+    let LatestSolve {
+        scene,
+        solved,
+        view,
+        solver: by,
+    } = live.latest()?;
     let gpu = open_gpu(shaders).await?;
     let (mesh, settings) = (&solved.mesh, &solved.settings);
     let mut solver = GpuSolver::request(&gpu, mesh, &settings.transport, &[]).await?;
@@ -62,7 +67,15 @@ pub async fn compare_with_gpu(live: &LiveScene, shaders: &[LiveShader]) -> Resul
         }
     };
     let run = solver.request_run(&settings.schedule, &mut watch).await?;
-    let cpu = &solved.run;
+    let own;
+    let cpu = match by {
+        LiveSolver::Cpu => &solved.run,
+        LiveSolver::Gpu => {
+            let mut engine = CpuSolver::new(mesh, &settings.transport);
+            own = shoot_until_converged(&mut engine, &settings.schedule, &mut |_, _| ControlFlow::Continue(()))?;
+            &own
+        }
+    };
     check_origins(&run.field, &cpu.field)?;
     let surface = InterpolationSurface::new(scene, mesh);
     let (camera, exposure) = view.to_parts();

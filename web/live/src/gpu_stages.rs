@@ -2,11 +2,11 @@
 
 use crate::browser_gpu::{LiveShader, open_gpu};
 use crate::request::find_visibility;
-use crate::solve::LiveScene;
+use crate::solve::{LatestSolve, LiveScene};
+use common::Result;
 use common::rays::Rays;
 use common::scene::Scene;
 use common::settings::Settings;
-use common::{Error, Result};
 use gpu::Gpu;
 use oracle::compare::all_stages::check_all_stages;
 use oracle::compare::checked_stages::CheckedStages;
@@ -40,9 +40,7 @@ pub async fn check_stages(
     (visibility, pixels): (&str, u32),
     shaders: &[LiveShader],
 ) -> Result<StageReport> {
-    let Some((scene, solved, _)) = live.latest() else {
-        return Err(Error::Usage("nothing is solved yet".into()));
-    };
+    let LatestSolve { scene, solved, .. } = live.latest()?;
     let settings = solved.settings.with_visibility(find_visibility(visibility, pixels)?);
     let gpu = open_gpu(shaders).await?;
     let checked = check_solve(scene, solved, &settings, &gpu).await?;

@@ -14,10 +14,24 @@ use serde_json::{Value, json};
 /// Maximum texels and patches per side of a face, samples, and pixels per side of an item buffer.
 const MAX_COUNTS: [(&str, u32); 4] = [("texels", 64), ("patches", 16), ("samples", 16), ("pixels", 1024)];
 
+/// The solver of a request.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LiveSolver {
+    /// The CPU.
+    #[default]
+    Cpu,
+    /// The browser's GPU.
+    Gpu,
+}
+
 /// A solve that the page asks for.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LiveRequest {
+    /// The solver.
+    #[serde(default)]
+    pub solver: LiveSolver,
     /// Texels per side of a face.
     pub texels: u32,
     /// Patches per side of a face.

@@ -1,9 +1,10 @@
 //! A solve that is recorded and rendered for the page.
 
+use crate::browser_gpu::open_gpu;
 use crate::case::{ExactComparison, OpenedCase};
 use crate::change::change_scene;
-use crate::request::{LiveRequest, LiveView};
-use crate::slice::shoot_in_slices;
+use crate::request::{LiveRequest, LiveSolver, LiveView};
+use crate::slice::{RecordedGpu, shoot_in_slices};
 use common::capture::Panorama;
 use common::capture::sky::panorama_sky;
 use common::energy::EnergyBalance;
@@ -17,12 +18,13 @@ use common::solution::{PhaseSeconds, Solution};
 use common::{Error, Result};
 use cpu::CpuSolver;
 use glam::{DVec3, Vec3};
+use gpu::{Gpu, GpuSolver};
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solved::Solved;
 use oracle::solve::solver::SolverChoice;
 use oracle::solve::task::{SolveTask, prepare_mesh};
 use oracle::trace::ShotTrace;
-use oracle::trace::recorder::ShotRecorder;
+use oracle::trace::recorder::{ShotRecord, ShotRecorder};
 use radiosity::report::gltf_export::face_document::make_face_document;
 use radiosity::report::gltf_export::{ExportCharts, export_lightmap};
 use radiosity::report::solution_view::RenderedPreview;
@@ -46,8 +48,22 @@ pub struct LiveScene {
     case: Option<OpenedCase>,
     /// True if the latest solve is of a changed scene.
     is_changed: bool,
-    /// Latest solve, with its scene and its view.
-    latest: Option<(Scene, Solved, LiveView)>,
+    /// Latest solve.
+    latest: Option<LatestSolve>,
+    /// The browser's GPU, once it has solved.
+    gpu: Option<Gpu>,
+}
+
+/// The latest solve of a scene.
+pub struct LatestSolve {
+    /// The scene, changed as it was requested.
+    pub scene: Scene,
+    /// The solve.
+    pub solved: Solved,
+    /// Camera and exposure of its picture.
+    pub view: LiveView,
+    /// The solver that ran.
+    pub solver: LiveSolver,
 }
 
 /// A recorded solve.
@@ -57,8 +73,10 @@ pub struct LiveSolve {
     pub html: String,
     /// Camera and exposure of its picture.
     pub view: LiveView,
-    /// The solver that ran.
+    /// The solver that ran: `cpu` or `gpu`.
     pub solver: String,
+    /// Name of the GPU's adapter, as the browser tells it; none of the CPU.
+    pub adapter: Option<String>,
     /// Power that arrives from outside, summed over the channels, W; none if nothing shines there.
     pub outside: Option<f64>,
     /// Number of shots.
@@ -103,6 +121,7 @@ impl LiveScene {
             case: None,
             is_changed: false,
             latest: None,
+            gpu: None,
         })
     }
 
@@ -118,6 +137,7 @@ impl LiveScene {
             case: Some(case),
             is_changed: false,
             latest: None,
+            gpu: None,
         })
     }
 
@@ -131,16 +151,19 @@ impl LiveScene {
         &self.scene
     }
 
-    /// Returns the latest solve, with its scene and its view.
-    pub fn latest(&self) -> Option<&(Scene, Solved, LiveView)> {
-        self.latest.as_ref()
+    /// Returns the latest solve.
+    ///
+    /// Errors: [`Error::Usage`] if there is none.
+    pub fn latest(&self) -> Result<&LatestSolve> {
+        let latest = self.latest.as_ref();
+        latest.ok_or_else(|| Error::Usage("nothing is solved yet".into()))
     }
 
-    /// Solves the changed scene on the CPU shot by shot, and renders the record. `progress` is that of the mesh. The shots are
+    /// Solves the changed scene shot by shot, and renders the record. `progress` is that of the mesh. The shots are
     /// made in slices, after each of which `pause` is awaited with the progress, 0…1; a break of it ends the solve, and the
     /// record is that of the shots so far.
     ///
-    /// Errors: the request's; those of the solve; [`Error::Interrupted`].
+    /// Errors: the request's; those of the solve and of the device; [`Error::Interrupted`].
     pub async fn solve(
         &mut self,
         request: &LiveRequest,
@@ -158,10 +181,13 @@ impl LiveScene {
             stopped |= flow.is_break();
             flow
         };
-        let (run, trace) = shoot_recorded(&mesh, &settings, &mut watch).await?;
+        let (run, trace) = match request.solver {
+            LiveSolver::Cpu => shoot_on_cpu(&mesh, &settings, &mut watch).await?,
+            LiveSolver::Gpu => self.shoot_on_gpu(&mesh, &settings, &mut watch).await?,
+        };
         let mut solved = Solved::new(&settings, mesh, run);
         if stopped {
-            // The GPU makes as many shots.
+            // A comparison makes as many shots.
             solved.settings.schedule.max_shots = solved.run.shots.len() as u32;
         }
         let (mesh, run) = (&solved.mesh, &solved.run);
@@ -172,11 +198,14 @@ impl LiveScene {
             let preview = RenderedPreview::new(&scene, mesh, &run.field, None);
             LiveView::new(preview.camera, preview.exposure)
         });
+        let gpu = self.gpu.as_ref().filter(|_| request.solver == LiveSolver::Gpu);
+        let solver = gpu.map_or(SolverChoice::Cpu, SolverChoice::Gpu).name();
+        let adapter = gpu.map(|gpu| gpu.line.name.clone());
         let solution = Solution {
             scene: &scene,
             mesh,
-            solver: SolverChoice::Cpu.name(),
-            adapter: None,
+            solver,
+            adapter: adapter.as_deref(),
             settings: &settings,
             run,
             open: None,
@@ -193,25 +222,53 @@ impl LiveScene {
         let live = LiveSolve {
             html,
             view,
-            solver: SolverChoice::Cpu.name().to_owned(),
+            solver: solver.to_owned(),
+            adapter,
             outside: scene.sky.as_ref().map(|_| outside_power(mesh)),
             shots: run.shots.len(),
             stopped,
             power: LivePower::of_balance(&EnergyBalance::new(mesh, &run.field, &run.shots)),
             checksum: field_checksum(&run.field),
         };
-        self.latest = Some((scene, solved, view));
+        self.latest = Some(LatestSolve {
+            scene,
+            solved,
+            view,
+            solver: request.solver,
+        });
         self.is_changed = !request.changes.is_empty();
         Ok(live)
+    }
+
+    /// Shoots on the GPU in slices, and records the shots.
+    async fn shoot_on_gpu(
+        &mut self,
+        mesh: &Mesh,
+        settings: &Settings,
+        pause: &mut impl AsyncFnMut(f64) -> ControlFlow<()>,
+    ) -> Result<(SolveRun, ShotTrace)> {
+        // A device that fails is not used again.
+        let gpu = match self.gpu.take() {
+            Some(gpu) => gpu,
+            None => open_gpu(&[]).await?,
+        };
+        let mut solver = GpuSolver::request(&gpu, mesh, &settings.transport, &[]).await?;
+        let initial = solver.request_field().await?;
+        let mut engine = RecordedGpu {
+            power: solver.request_power().await?,
+            record: ShotRecord::new(mesh, &settings.transport, TRACE_LIMITS, initial)?,
+            solver,
+        };
+        let run = shoot_in_slices(&mut engine, &settings.schedule, pause).await?;
+        self.gpu = Some(gpu);
+        Ok((run, engine.record.into_trace()))
     }
 
     /// Encodes the texels of the latest solve as `lightmap.exr`.
     ///
     /// Errors: [`Error::Usage`] if there is none; those of [`encode_lightmap`].
     pub fn encode_lightmap(&self) -> Result<Vec<u8>> {
-        let Some((scene, solved, _)) = &self.latest else {
-            return Err(Error::Usage("nothing is solved yet".into()));
-        };
+        let LatestSolve { scene, solved, .. } = self.latest()?;
         encode_lightmap(&solved.mesh, &solved.run.field, scene.is_painted())
     }
 
@@ -220,9 +277,9 @@ impl LiveScene {
     ///
     /// Errors: [`Error::Usage`] if nothing is solved yet; those of [`export_lightmap`].
     pub fn encode_glb(&self) -> Result<Vec<u8>> {
-        let Some((scene, solved, view)) = &self.latest else {
-            return Err(Error::Usage("nothing is solved yet".into()));
-        };
+        let LatestSolve {
+            scene, solved, view, ..
+        } = self.latest()?;
         let own = self.file.as_ref().filter(|_| !self.is_changed);
         let own = own.map(|path| load_scene_file(path, &ImportOptions::default()));
         let file = match own.transpose()? {
@@ -246,7 +303,7 @@ impl LiveScene {
     /// Errors: those of [`OpenedCase::compare_with_exact`].
     pub fn compare_with_exact(&self) -> Result<Option<ExactComparison>> {
         match (&self.case, &self.latest) {
-            (Some(case), Some((_, solved, _))) if self.is_as_built() => case.compare_with_exact(solved),
+            (Some(case), Some(latest)) if self.is_as_built() => case.compare_with_exact(&latest.solved),
             _ => Ok(None),
         }
     }
@@ -255,7 +312,7 @@ impl LiveScene {
     ///
     /// Errors: those of the estimate.
     pub fn estimate_error(&self) -> Result<Option<f64>> {
-        let Some((scene, solved, _)) = &self.latest else {
+        let Some(LatestSolve { scene, solved, .. }) = &self.latest else {
             return Ok(None);
         };
         Ok(scene.estimate_error(solved)?.map(|estimate| estimate.error))
@@ -263,7 +320,7 @@ impl LiveScene {
 }
 
 /// Shoots on the CPU in slices, and records the shots.
-async fn shoot_recorded(
+async fn shoot_on_cpu(
     mesh: &Mesh,
     settings: &Settings,
     pause: &mut impl AsyncFnMut(f64) -> ControlFlow<()>,
