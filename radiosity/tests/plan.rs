@@ -74,6 +74,7 @@ fn forecast_tells_texels_and_rays_of_a_solve_to_an_error_within_factor_two() {
     let cases = [
         (&few, 0.05, None),
         (&few, 0.02, None),
+        (&few, 0.005, None),
         (&few, 0.02, Some(8)),
         (&many, 0.05, None),
         (&many, 0.02, None),
@@ -103,8 +104,10 @@ fn forecast_tells_texels_and_rays_of_a_solve_to_an_error_within_factor_two() {
                 scene.name
             );
         }
-        assert!(told.work_ratio > 1.5 && told.seconds > told.trial_seconds, "{told:?}");
-        // A first step that is stopped tells the least time.
+        assert!(told.work_ratio >= 1.0 && told.seconds > told.trial_seconds, "{told:?}");
+        // Two more steps follow, on three times and on five times as many texels.
+        assert!(error > 0.005 || told.work_ratio > 3.0, "{told:?}");
+        // Steps that are stopped tell the least time.
         let stop = |_: &str, _: f64| ControlFlow::Break(());
         let stopped = forecast_solve(scene, &settings, solver, &stop).unwrap();
         assert!(stopped.stopped && stopped.kept.is_none(), "{stopped:?}");

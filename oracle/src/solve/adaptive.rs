@@ -33,12 +33,12 @@ use glam::{DVec3, Vec3};
 use std::ops::ControlFlow;
 
 /// Largest number of steps.
-pub(super) const MAX_STEPS: u32 = 6;
+const MAX_STEPS: u32 = 6;
 /// Smallest goal of a step, as a share of the requested error. Remaining differences are then due to the
 /// texels' size.
 const MIN_GOAL_SHARE: f64 = 0.25;
 /// Largest number of texels of a step; in a large scene twice the number of the step before.
-pub(super) const MAX_STEP_TEXELS: u64 = 1 << 20;
+const MAX_STEP_TEXELS: u64 = 1 << 20;
 /// Number of faces from which on a scene is solved by rays.
 const MIN_RAY_FACES: f64 = 200.0;
 /// The same number times the requested error: links grow with its inverse, rays faster.
@@ -256,6 +256,16 @@ pub(super) fn brightest_channel(scene: &Scene, step: &SolveStep) -> (Vec<f64>, u
     (light.iter().map(|light| light[channel]).collect(), channel)
 }
 
+/// A solve's last step as its first two foretell it.
+pub(super) struct LastStep {
+    /// The second step.
+    pub step: SolveStep,
+    /// Texels and kept rays of the last step.
+    pub kept: [u64; 2],
+    /// Work of the whole solve over that of the first two steps.
+    pub work_ratio: f64,
+}
+
 /// A problem that can be solved in steps of increasing resolution.
 pub trait AdaptiveProblem {
     /// The result of a step.
@@ -304,16 +314,14 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
     let mut history = ErrorHistory::default();
     let (mut goal, mut last_goal) = (error, error);
     let (mut last, mut texels) = solve_first_step(problem, error)?;
-    let may_refine = |f: usize| problem.fixed_texels(f).is_none();
     for k in 1..problem.max_steps() {
         let texels_now = count_texels(&texels);
-        let limit = MAX_STEP_TEXELS.max(2 * last.as_ref().mesh.texels.len() as u64);
-        if k > 1 && texels_now > limit.min(MAX_TEXELS) {
+        if k > 1 && texels_now > most_texels(last.as_ref().mesh.texels.len() as u64) {
             history.stop_reason = Some(format!("{texels_now} texels would be too many"));
             break;
         }
         last_goal = goal;
-        goal = (0.5 * goal).max(MIN_GOAL_SHARE * error);
+        goal = next_goal(goal, error);
         let next = match problem.solve_step(texels.clone(), goal, Some(&last)) {
             Err(Error::Interrupted) => {
                 history.stop_reason = Some("it was interrupted".into());
@@ -324,18 +332,15 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
         let change = StepChange::compare_steps(scene, last.as_ref(), next.as_ref(), &requested);
         last = next;
         history.changes.push(change.total);
-        let by_face = change.by_face.clone();
         history.last_change = Some(change);
-        if history.remaining_error().is_some_and(|remaining| remaining <= error) {
+        if history.meets_target(error) {
             break;
         }
-        let unrefined = UNREFINED_SHARE * error * error;
-        let before = &last.as_ref().resolutions;
-        texels = halve_largest(&scene.faces, before, &by_face, unrefined, may_refine);
-        refine_neighbours(&scene.faces, before, &mut texels, may_refine);
+        if let Some(change) = &history.last_change {
+            texels = choose_next(problem, last.as_ref(), change, error);
+        }
     }
-    let converged = history.remaining_error().is_some_and(|remaining| remaining <= error);
-    if converged
+    if history.meets_target(error)
         && let Some(change) = &history.last_change
         && let Some(shown) = problem.result_resolution(&last, change, error)
     {
@@ -347,6 +352,31 @@ pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Re
     }
     history.links = last.as_ref().outcome.links;
     Ok((last, history))
+}
+
+/// Returns the error to which the step after one to `goal` is solved.
+pub(super) fn next_goal(goal: f64, error: f64) -> f64 {
+    (0.5 * goal).max(MIN_GOAL_SHARE * error)
+}
+
+/// Returns the largest number of texels of a step after one of this number.
+pub(super) fn most_texels(before: u64) -> u64 {
+    MAX_STEP_TEXELS.max(2 * before).min(MAX_TEXELS)
+}
+
+/// Returns the texels of the step after `last`, in which the light changed by `change`.
+pub(super) fn choose_next<S: AdaptiveProblem>(
+    problem: &S,
+    last: &SolveStep,
+    change: &StepChange,
+    error: f64,
+) -> Vec<[u32; 2]> {
+    let (faces, before) = (&problem.scene().faces, &last.resolutions);
+    let may_refine = |f: usize| problem.fixed_texels(f).is_none();
+    let unrefined = UNREFINED_SHARE * error * error;
+    let mut texels = halve_largest(faces, before, &change.by_face, unrefined, may_refine);
+    refine_neighbours(faces, before, &mut texels, may_refine);
+    texels
 }
 
 /// Solves the first step, to `error`, and chooses the texels of the second.

@@ -54,6 +54,11 @@ impl ErrorHistory {
         Some(change.hypot(noise))
     }
 
+    /// Returns whether the remaining error is known to be at most `error`.
+    pub fn meets_target(&self, error: f64) -> bool {
+        self.remaining_error().is_some_and(|remaining| remaining <= error)
+    }
+
     /// Remaining error as a multiple of the last change.
     fn extrapolation_factor(&self) -> f64 {
         let mut last = self.changes.iter().rev();

@@ -1,17 +1,19 @@
-//! Forecasts a solve to an error from its first step, or by rays from its first two, which are solved.
+//! Forecasts a solve to an error from its first two steps, which are solved.
 //!
 //! - By rays: the second step tells the texels of the last one (see `ray_steps`). The noise variance of n rays falls as
 //!   n^-1.25 whatever the texels are, so that a texel's rays grow by the noise's ratio to the power 1.6.
-//! - By links: the second step, as a rule the last, is solved to half the error on texels that the first step chooses. If
-//!   no texels are requested, another step follows on those that light needs. Work grows less than texels and links do: most
-//!   texels are interpolated, and links to nodes are shared by their parts.
+//! - By links: the second step is often the last. Otherwise the texels of the third are known, and later ones grow as
+//!   much, while the change falls by half. If no texels are requested, another step follows on those that light needs. Work
+//!   grows less than texels and links do: most texels are interpolated, and links to nodes are shared by their parts.
 
-use super::adaptive::{AdaptiveSolve, brightest_channel, solve_first_step};
-use super::error_estimate::ErrorHistory;
+use super::adaptive::{
+    AdaptiveProblem, AdaptiveSolve, LastStep, brightest_channel, choose_next, most_texels, next_goal, solve_first_step,
+};
+use super::error_estimate::{ErrorHistory, StepChange};
 use super::gpu_linker::LinkerOnGpu;
 use super::interpolation_error::{interpolation_errors, reduce_interpolation_error};
 use super::progress::ProgressMonitor;
-use super::ray_steps::{RayForecast, forecast_by_rays};
+use super::ray_steps::forecast_by_rays;
 use super::resolution::count_texels;
 use super::solve_to_error::resample_result;
 use super::solved::Solved;
@@ -21,26 +23,23 @@ use common::Result;
 use common::scene::Scene;
 use common::settings::Settings;
 use cpu::hierarchy::linker::LinkMethod;
-use std::f64::consts::FRAC_1_SQRT_2;
 
-/// Power of the number of texels over the error with which the work of a step by links grows on rooms of few faces.
-const WORK_EXPONENT: f64 = 2.0 / 3.0;
-/// Errors of the second step and of that on texels that light needs, over the requested one.
-const LATER_GOALS: [f64; 2] = [0.5, FRAC_1_SQRT_2];
+/// Powers of the number of texels, and of one over the error, with which the work of a step by links grows.
+const WORK_EXPONENTS: [f64; 2] = [0.65, 0.5];
 
-/// The first step of a solve, and what the whole takes.
-pub struct FirstStep {
+/// The first steps of a solve, and what the whole takes.
+pub struct FirstSteps {
     /// The result of the steps that were solved.
     pub solved: Solved,
     /// Texels of the last step.
     pub texels: u64,
     /// Rays that it keeps; 0 by links.
     pub rays: u64,
-    /// Work of the whole solve over that of the first step.
+    /// Work of the whole solve over that of the first two steps.
     pub work_ratio: f64,
 }
 
-/// Solves the first step of a solve of `scene` by `solver`, and forecasts the rest; none for a solver without an error.
+/// Solves the first two steps of a solve of `scene` by `solver`, and forecasts the rest; none for a solver without an error.
 ///
 /// Errors: those of the solver; [`common::Error::Interrupted`].
 pub fn solve_first(
@@ -48,7 +47,7 @@ pub fn solve_first(
     settings: &Settings,
     solver: SolverChoice,
     progress: &ProgressMonitor,
-) -> Result<Option<FirstStep>> {
+) -> Result<Option<FirstSteps>> {
     match solver {
         SolverChoice::Hierarchy(target) => {
             forecast_solve(scene, settings, target, LinkMethod::Shafts, progress).map(Some)
@@ -67,22 +66,17 @@ fn forecast_solve(
     target: ErrorTarget,
     method: LinkMethod,
     progress: &ProgressMonitor,
-) -> Result<FirstStep> {
+) -> Result<FirstSteps> {
     let problem = AdaptiveSolve::new(scene, target, method, progress);
-    let (step, [texels, rays], work_ratio) = if problem.follows_rays() {
-        let RayForecast { step, kept, work_ratio } = forecast_by_rays(&problem, target.error)?;
-        (step, kept, work_ratio)
-    } else {
-        let (first, second) = solve_first_step(&problem, target.error)?;
-        let last = count_result_texels(scene, target, &first, &second);
-        let later = [Some(count_texels(&second)), last];
-        let texels = last.unwrap_or(count_texels(&second));
-        let before = step_work(first.mesh.texels.len() as u64, 1.0);
-        let steps = later.into_iter().zip(LATER_GOALS);
-        let after: f64 = steps.filter_map(|(texels, goal)| Some(step_work(texels?, goal))).sum();
-        (first, [texels, 0], 1.0 + after / before)
+    let LastStep {
+        step,
+        kept: [texels, rays],
+        work_ratio,
+    } = match problem.follows_rays() {
+        true => forecast_by_rays(&problem, target.error)?,
+        false => forecast_by_links(&problem, target)?,
     };
-    Ok(FirstStep {
+    Ok(FirstSteps {
         solved: resample_result(scene, settings, target, step, ErrorHistory::default())?,
         texels,
         rays,
@@ -90,23 +84,77 @@ fn forecast_solve(
     })
 }
 
-/// Returns the work of a step on so many texels to `goal`, in a unit of its own.
-fn step_work(texels: u64, goal: f64) -> f64 {
-    (texels as f64 / goal).powf(WORK_EXPONENT)
+/// Solves the first two steps by links, and forecasts the rest.
+///
+/// Errors: those of the solver.
+fn forecast_by_links(problem: &AdaptiveSolve, target: ErrorTarget) -> Result<LastStep> {
+    let (scene, error) = (problem.scene(), target.error);
+    let requested = |f: usize| problem.requested_texels(f);
+    let (first, texels) = solve_first_step(problem, error)?;
+    let mut goal = next_goal(error, error);
+    let step = problem.solve_step(texels, goal, Some(&first))?;
+    let change = StepChange::compare_steps(scene, &first, &step, &requested);
+    let [before, mut texels] = [&first, &step].map(|step| step.mesh.texels.len() as u64);
+    let known = step_work(before, error) + step_work(texels, goal);
+    let mut history = ErrorHistory {
+        changes: vec![change.total],
+        ..ErrorHistory::default()
+    };
+    let mut work = known;
+    let mut last = step.resolutions.clone();
+    let mut last_goal = error;
+    if !history.meets_target(error) {
+        last = choose_next(problem, &step, &change, error);
+    }
+    let growth = count_texels(&last) as f64 / texels as f64;
+    while !history.meets_target(error) && history.steps() < problem.max_steps() {
+        let more = (growth * texels as f64) as u64;
+        if more > most_texels(texels) {
+            break;
+        }
+        (texels, last_goal, goal) = (more, goal, next_goal(goal, error));
+        work += step_work(texels, goal);
+        history
+            .changes
+            .extend(history.changes.last().map(|change| change / 2.0));
+    }
+    // Texels of the last step over those of the last one of which each face's are known.
+    let further = texels as f64 / count_texels(&last) as f64;
+    if let Some(result) = count_result_texels(scene, target, &step, (&last, further)) {
+        texels = (result as f64 * further) as u64;
+        work += step_work(texels, (goal * last_goal).sqrt());
+    }
+    Ok(LastStep {
+        step,
+        kept: [texels, 0],
+        work_ratio: work / known,
+    })
 }
 
-/// Returns the texels of a step on those that light needs, after one on the `second` texels; none if there is no such step.
-fn count_result_texels(scene: &Scene, target: ErrorTarget, first: &SolveStep, second: &[[u32; 2]]) -> Option<u64> {
-    let (light, channel) = brightest_channel(scene, first);
+/// Returns the work of a step on so many texels to `goal`, in a unit of its own.
+fn step_work(texels: u64, goal: f64) -> f64 {
+    let [by_texels, by_goal] = WORK_EXPONENTS;
+    (texels as f64).powf(by_texels) * goal.recip().powf(by_goal)
+}
+
+/// Returns the texels of a step on those that light needs, after one on `further` times the `last` texels, over that factor; none
+/// if there is no such step. It follows from the light of a `known` step.
+fn count_result_texels(
+    scene: &Scene,
+    target: ErrorTarget,
+    known: &SolveStep,
+    (last, further): (&[[u32; 2]], f64),
+) -> Option<u64> {
+    let (light, channel) = brightest_channel(scene, known);
     let all: f64 = light.iter().sum();
     if target.texels.is_some() || all <= 0.0 {
         return None;
     }
-    let mut errors = interpolation_errors(scene, first, (channel, 1.0 / all));
-    for (own, texels) in errors.iter_mut().zip(first.resolutions.iter().zip(second)) {
+    let mut errors = interpolation_errors(scene, known, (channel, 1.0 / all));
+    for (own, texels) in errors.iter_mut().zip(known.resolutions.iter().zip(last)) {
         let [before, after] = [texels.0, texels.1].map(|texels| count_texels(&[*texels]) as f64);
-        own.square *= own.ratio.powf((after / before).log(4.0));
+        own.square *= own.ratio.powf((further * after / before).log(4.0));
     }
-    let finer = reduce_interpolation_error(&scene.faces, second, &errors, target.error);
-    (finer != second).then(|| count_texels(&finer))
+    let finer = reduce_interpolation_error(&scene.faces, last, &errors, target.error);
+    (finer != last).then(|| count_texels(&finer))
 }

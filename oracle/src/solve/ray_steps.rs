@@ -4,7 +4,7 @@
 //! rays, whose noise cancels. Where it is small enough, rays are added until their noise is, too; else the texels whose
 //! merging causes most of the change are halved, and the next step begins.
 
-use super::adaptive::{AdaptiveProblem, AdaptiveSolve, MAX_STEP_TEXELS, step_progress};
+use super::adaptive::{AdaptiveProblem, AdaptiveSolve, LastStep, most_texels, step_progress};
 use super::adjacency::refine_neighbours;
 use super::error_estimate::{ErrorHistory, StepChange};
 use super::resolution::{
@@ -12,7 +12,7 @@ use super::resolution::{
     resample_face,
 };
 use super::step::SolveStep;
-use common::mesh::{MAX_TEXELS, Mesh};
+use common::mesh::Mesh;
 use common::passes::ProgressCallback;
 use common::rays::Rays;
 use common::resample::halve_even;
@@ -53,16 +53,6 @@ struct RayStep {
     by_cause: Vec<f64>,
 }
 
-/// A solve's last step as its first two foretell it.
-pub(super) struct RayForecast {
-    /// The second step.
-    pub step: SolveStep,
-    /// Texels and kept rays of the last step.
-    pub kept: [u64; 2],
-    /// Rays of the whole solve over those of the first two steps.
-    pub work_ratio: f64,
-}
-
 /// Solves until the noise of the rays and the error of the texels together are below `error`. After an interruption it
 /// returns the last complete step.
 ///
@@ -75,7 +65,7 @@ pub(super) fn refine_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<(Sol
     let (mut last, mut texels) = solve_first_texels(problem, error)?;
     let max_steps = problem.max_steps();
     for k in 1..max_steps {
-        let may_double = 2 * count_texels(&texels) <= most_texels(&last);
+        let may_double = 2 * count_texels(&texels) <= most_texels(last.step.mesh.texels.len() as u64);
         let finish = match may_double && k + 1 < max_steps {
             true => Finish::IfTexelsSuffice,
             false => Finish::Always,
@@ -109,7 +99,7 @@ pub(super) fn refine_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<(Sol
 /// Solves the first two steps roughly and forecasts the rest.
 ///
 /// Errors: [`Error::Interrupted`]; those of the sky.
-pub(super) fn forecast_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<RayForecast> {
+pub(super) fn forecast_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<LastStep> {
     let (first, texels) = solve_first_texels(problem, error)?;
     let second = solve_on_texels(problem, texels, error, Finish::Forecast)?;
     let traced = |step: &RayStep| count_traced_rays(step.step.outcome.links, step.step.mesh.texels.len() as u64);
@@ -126,7 +116,7 @@ pub(super) fn forecast_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<Ra
         count_traced_rays(rays_for(ratio), after)
     };
     let rough = next.map_or(0, judge);
-    Ok(RayForecast {
+    Ok(LastStep {
         step: second.step,
         kept: [after, rays],
         work_ratio: 1.0 + (rough + rays) as f64 / known.max(1) as f64,
@@ -159,16 +149,14 @@ fn choose_next(problem: &AdaptiveSolve, last: &RayStep, error: f64) -> Vec<[u32;
         ratio: 0.25,
     };
     let errors: Vec<TexelError> = last.by_cause.iter().map(error).collect();
-    let mut texels = halve_by_cost(faces, before, &errors, (remaining, most_texels(last)));
+    let mut texels = halve_by_cost(
+        faces,
+        before,
+        &errors,
+        (remaining, most_texels(last.step.mesh.texels.len() as u64)),
+    );
     refine_neighbours(faces, before, &mut texels, |_| true);
     texels
-}
-
-/// Returns the largest number of texels of the step after `last`.
-fn most_texels(last: &RayStep) -> u64 {
-    MAX_STEP_TEXELS
-        .max(2 * last.step.mesh.texels.len() as u64)
-        .min(MAX_TEXELS)
 }
 
 /// Returns the noise that is aimed at beside an error of the texels.

@@ -78,11 +78,11 @@ pub fn print_plan(scene: &Scene, settings: &Settings, solver: SolverChoice, in_j
         let time = if ahead.stopped {
             plan["seconds"] = json!({ "least": expected });
             let expected = format_duration(expected);
-            format!("more than {expected} ({trial} was not done in {spent})")
+            format!("more than {expected} ({spent} did not suffice for {trial})")
         } else {
             plan["seconds"] = json!({ "expected": range[0], "least": range[1], "most": range[2] });
             let [expected, least, most] = range.map(format_duration);
-            format!("about {expected}, between {least} and {most} ({trial} took {spent})")
+            format!("about {expected}, between {least} and {most} ({spent} for {trial})")
         };
         plan["shots"] = ahead.shots.into();
         if let Some([texels, rays]) = ahead.kept {

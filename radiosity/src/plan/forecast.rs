@@ -7,7 +7,7 @@ use common::scene::Scene;
 use common::settings::{Iteration, Settings, Visibility};
 use common::solution::PhaseSeconds;
 use common::{Error, Result};
-use oracle::solve::forecast::{FirstStep, solve_first};
+use oracle::solve::forecast::{FirstSteps, solve_first};
 use oracle::solve::progress::{PhaseCallback, ProgressMonitor};
 use oracle::solve::solver::SolverChoice;
 use oracle::solve::task::SolveTask;
@@ -49,7 +49,7 @@ pub fn forecast_solve(
     show: PhaseCallback,
 ) -> Result<Forecast> {
     if solver.error_target().is_some() {
-        return forecast_from_first_step(scene, settings, solver, show);
+        return forecast_from_first_steps(scene, settings, solver, show);
     }
     let cheaper = coarsen_for_trial(scene, settings);
     let [texels, patches] = [cheaper.meshing.texels, cheaper.meshing.patches];
@@ -77,8 +77,8 @@ pub fn forecast_solve(
     })
 }
 
-/// Forecasts a solve to an error from its first step, of which it also makes the views.
-fn forecast_from_first_step(
+/// Forecasts a solve to an error from its first two steps, of which it also makes the views.
+fn forecast_from_first_steps(
     scene: &Scene,
     settings: &Settings,
     solver: SolverChoice,
@@ -96,7 +96,7 @@ fn forecast_from_first_step(
     let mut forecast = Forecast {
         shots: None,
         kept: None,
-        trial: "its first step".into(),
+        trial: "its first two steps".into(),
         trial_seconds: 0.0,
         work_ratio: 1.0,
         seconds: 0.0,
@@ -109,7 +109,7 @@ fn forecast_from_first_step(
         Err(Error::Interrupted) => None,
         first => first?,
     };
-    let Some(FirstStep {
+    let Some(FirstSteps {
         solved,
         texels,
         rays,
