@@ -34,7 +34,7 @@ pub struct StageReport {
 /// Checks all stages by a visibility, an item buffer of so many pixels a side, with shaders of others in the place of the
 /// program's.
 ///
-/// Errors: [`Error::Usage`] if nothing is solved yet, or of an unknown visibility; those of the device.
+/// Errors: [`common::Error::Usage`] if nothing is solved yet, or of an unknown visibility; those of the device.
 pub async fn check_stages(
     live: &LiveScene,
     (visibility, pixels): (&str, u32),
