@@ -120,6 +120,12 @@ impl<'a> RaySolve<'a> {
         self.solver.solve_to_noise(&mut self.traced, noise, watch)
     }
 
+    /// Returns the RMS noise of the last solve relative to the reflected light, in the worst channel; 0 before the first.
+    pub fn relative_noise(&self) -> f32 {
+        let last = self.solver.last.as_ref();
+        last.map_or(0.0, |bounces| self.solver.relative_noise(bounces))
+    }
+
     /// Returns by how much the light of the last solve changes if the texels are merged two by two when they send light.
     ///
     /// Errors: [`Error::Interrupted`]; [`Error::Fault`] if there was no solve.

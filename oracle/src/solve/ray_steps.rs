@@ -240,7 +240,7 @@ impl TracedStep<'_> {
         let mut before = 0.0;
         while found.change.noise > noise * NOISE_TOLERANCE {
             // That of means over requested texels falls about as that of the texels.
-            let of_texels = found.step.relative_noise() * noise / found.change.noise;
+            let of_texels = f64::from(self.solve.relative_noise()) * noise / found.change.noise;
             let (rays, before_noise) = (found.step.outcome.links, found.change.noise);
             let span = (1.0 - before) * ADDED_RAYS_PROGRESS;
             found = self.measure_at_noise(of_texels, &mut |done| watch(before + span * done))?;

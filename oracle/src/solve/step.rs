@@ -51,26 +51,6 @@ impl SolveStep {
         }
     }
 
-    /// Returns the RMS noise of B and of what smoothing removed over the RMS of ρH, in the worst channel.
-    pub fn relative_noise(&self) -> f64 {
-        let (mut noise, mut removed, mut light) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
-        for (n, k) in self.mesh.texels_in_face_order().into_iter().enumerate() {
-            let area = f64::from(self.mesh.texels[k].area);
-            noise += self.noise[n] * self.noise[n] * area;
-            removed += self.removed.get(n).map_or(DVec3::ZERO, |[a, b]| *a * *b * area);
-            light += self.reflected[n] * self.reflected[n] * area;
-        }
-        noise += removed.max(DVec3::ZERO);
-        let share = |c: usize| {
-            if noise[c] > 0.0 {
-                (noise[c] / light[c]).sqrt()
-            } else {
-                0.0
-            }
-        };
-        share(0).max(share(1)).max(share(2))
-    }
-
     /// Returns the noise variance of the means of B over `texels` of `face`, number `f`, times its area.
     pub fn noise_of_face(&self, face: &Face, f: usize, texels: [u32; 2]) -> DVec3 {
         let first = self.first_texels[f];
