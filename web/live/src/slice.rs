@@ -70,7 +70,16 @@ impl RecordedEngine for RecordedGpu<'_> {
         max_shots: u32,
         watch: &mut dyn FnMut(&Shot) -> ControlFlow<()>,
     ) -> Result<()> {
-        for _ in 0..max_shots {
+        for done in 0..max_shots {
+            if self.record.is_full() {
+                // What is only counted needs no read-back.
+                let record = &mut self.record;
+                let mut count = |shot: &Shot| {
+                    record.count_shot(shot);
+                    watch(shot)
+                };
+                return self.solver.request_shots(order, max_shots - done, &mut count).await;
+            }
             let Some(next) = self.solver.request_observed_shot(order).await? else {
                 break;
             };
