@@ -4,8 +4,9 @@
 use super::captured_room::CapturedValues;
 use super::receiver_blocks::choose_block_sizes;
 use super::stage::RelightStage;
-use crate::solve::adaptive::{AdaptiveProblem, follows_rays, noise_on_texels, refine_until_converged, step_progress};
+use crate::solve::adaptive::{follows_rays, noise_on_texels, step_progress};
 use crate::solve::progress::ProgressMonitor;
+use crate::solve::refinement::{AdaptiveProblem, RefinementSteps};
 use crate::solve::resolution::{count_texels, resample_face};
 use crate::solve::solve_to_error::ESCAPE_POINTS;
 use crate::solve::solved::{RelightReport, Solved};
@@ -106,7 +107,7 @@ pub fn relight_adaptively(
         method,
         progress,
     };
-    let (relit, history) = refine_until_converged(&problem, target.error)?;
+    let (relit, history) = RefinementSteps::begin(&problem, target.error)?.finish()?;
     let solved_texels = relit.step.resolutions.clone();
     let RelightStep {
         step,

@@ -1,44 +1,26 @@
-//! Adaptive solves to a requested error: the scene is solved hierarchically in steps, each to half the error
-//! of the step before and on texels half as large where that matters, until two successive solutions differ
-//! by less than the request. If no texels are requested, they are halved where interpolation between
-//! them errs most, until it errs by about the request.
-//!
-//! By rays the steps are others: see `ray_steps`.
-//!
-//! The difference d of the last two solutions is the estimate of the finer one's error. It equals the error
-//! of the coarser less that of the finer; where a step halves the error the two are equal. Where a step
-//! reduces the error less, d is too small. So the first step is already solved to the requested error and the
-//! result to half of it, and where differences fall more slowly than by halves, the remaining error is
-//! extrapolated from their ratio (see [`ErrorHistory::remaining_error`]).
+//! An adaptive solve of a scene to a requested error: what its steps by links ask of the scene, and whether rays or links
+//! carry the light.
 
-use super::adjacency::refine_neighbours;
-use super::error_estimate::ErrorHistory;
 use super::error_estimate::StepChange;
 use super::interpolation_error::{interpolation_errors, reduce_interpolation_error};
 use super::interrupt::is_interrupted;
 use super::progress::ProgressMonitor;
+use super::refinement::{AdaptiveProblem, MAX_STEPS};
 use super::regather::estimate::descending_order;
-use super::resolution::{RequestedTexels, choose_first, choose_second, count_texels, first_texel_width, halve_largest};
+use super::resolution::{RequestedTexels, count_texels};
 use super::solver::ErrorTarget;
 use super::step::SolveStep;
-use common::mesh::{MAX_TEXELS, Mesh};
+use common::Result;
+use common::mesh::Mesh;
 use common::scene::{Face, Scene};
 use common::solution::{Warning, WarningCode};
 use common::texel::first_texels;
-use common::{Error, Result};
 use cpu::hierarchy::linker::LinkMethod;
 use cpu::hierarchy::sky::receive_sky;
 use cpu::hierarchy::solver::{ErrorBudget, solve_with_links};
 use glam::{DVec3, Vec3};
 use std::ops::ControlFlow;
 
-/// Largest number of steps.
-const MAX_STEPS: u32 = 6;
-/// Smallest goal of a step, as a share of the requested error. Remaining differences are then due to the
-/// texels' size.
-const MIN_GOAL_SHARE: f64 = 0.25;
-/// Largest number of texels of a step; in a large scene twice the number of the step before.
-const MAX_STEP_TEXELS: u64 = 1 << 20;
 /// Number of faces from which on a scene is solved by rays.
 const MIN_RAY_FACES: f64 = 200.0;
 /// The same number times the requested error: links grow with its inverse, rays faster.
@@ -50,8 +32,6 @@ const MIN_LAMP_TEXELS: u32 = 8;
 const MAX_LAMP_TEXELS: u64 = 1 << 14;
 /// Number of texels up to which the second step of many small faces halves them.
 const MAX_HALVED_TEXELS: u64 = 1 << 16;
-/// Share of the squared error that may come from faces whose texels are not halved.
-const UNREFINED_SHARE: f64 = 0.25;
 
 /// A scene to be solved in steps.
 pub(super) struct AdaptiveSolve<'a> {
@@ -104,7 +84,7 @@ impl<'a> AdaptiveSolve<'a> {
         Self { max_steps, ..self }
     }
 
-    /// Returns whether bounces are traced by rays.
+    /// Returns whether light is traced by rays.
     pub(super) fn follows_rays(&self) -> bool {
         follows_rays(self.scene, self.error, self.method)
     }
@@ -254,152 +234,6 @@ pub(super) fn brightest_channel(scene: &Scene, step: &SolveStep) -> (Vec<f64>, u
     let light: Vec<DVec3> = scene.faces.iter().enumerate().map(light).collect();
     let channel = light.iter().sum::<DVec3>().max_position();
     (light.iter().map(|light| light[channel]).collect(), channel)
-}
-
-/// A solve's last step as its first two foretell it.
-pub(super) struct LastStep {
-    /// The second step.
-    pub step: SolveStep,
-    /// Texels and kept rays of the last step.
-    pub kept: [u64; 2],
-    /// Work of the whole solve over that of the first two steps.
-    pub work_ratio: f64,
-}
-
-/// A problem that can be solved in steps of increasing resolution.
-pub trait AdaptiveProblem {
-    /// The result of a step.
-    type StepResult: AsRef<SolveStep>;
-
-    /// The scene with all faces.
-    fn scene(&self) -> &Scene;
-
-    /// Solves to `goal` on `texels` W×H of each face; `last` is the step before.
-    ///
-    /// Errors: [`Error::Interrupted`].
-    fn solve_step(&self, texels: Vec<[u32; 2]>, goal: f64, last: Option<&Self::StepResult>)
-    -> Result<Self::StepResult>;
-
-    /// Largest number of steps.
-    fn max_steps(&self) -> u32 {
-        MAX_STEPS
-    }
-
-    /// Requested texels of a face; `None`: they follow from the light.
-    fn requested_texels(&self, face: usize) -> Option<[u32; 2]>;
-
-    /// Texels of a face that keeps its texels in all steps.
-    fn fixed_texels(&self, _face: usize) -> Option<[u32; 2]> {
-        None
-    }
-
-    /// Least texels of each face in the second step, or nothing.
-    fn least_resolution(&self, _first: &Self::StepResult) -> Vec<[u32; 2]> {
-        Vec::new()
-    }
-
-    /// Texels for the final result, if they differ from those of the last step.
-    fn result_resolution(&self, _last: &Self::StepResult, _change: &StepChange, _error: f64) -> Option<Vec<[u32; 2]>> {
-        None
-    }
-}
-
-/// Solves until two successive solutions differ by less than `error`. After an interruption it returns the
-/// last complete step.
-///
-/// Errors: [`Error::Interrupted`] before the first step is done.
-pub fn refine_until_converged<S: AdaptiveProblem>(problem: &S, error: f64) -> Result<(S::StepResult, ErrorHistory)> {
-    let scene = problem.scene();
-    let requested = |f: usize| problem.requested_texels(f);
-    let mut history = ErrorHistory::default();
-    let (mut goal, mut last_goal) = (error, error);
-    let (mut last, mut texels) = solve_first_step(problem, error)?;
-    for k in 1..problem.max_steps() {
-        let texels_now = count_texels(&texels);
-        if k > 1 && texels_now > most_texels(last.as_ref().mesh.texels.len() as u64) {
-            history.stop_reason = Some(format!("{texels_now} texels would be too many"));
-            break;
-        }
-        last_goal = goal;
-        goal = next_goal(goal, error);
-        let next = match problem.solve_step(texels.clone(), goal, Some(&last)) {
-            Err(Error::Interrupted) => {
-                history.stop_reason = Some("it was interrupted".into());
-                break;
-            }
-            next => next?,
-        };
-        let change = StepChange::compare_steps(scene, last.as_ref(), next.as_ref(), &requested);
-        last = next;
-        history.changes.push(change.total);
-        history.last_change = Some(change);
-        if history.meets_target(error) {
-            break;
-        }
-        if let Some(change) = &history.last_change {
-            texels = choose_next(problem, last.as_ref(), change, error);
-        }
-    }
-    if history.meets_target(error)
-        && let Some(change) = &history.last_change
-        && let Some(shown) = problem.result_resolution(&last, change, error)
-    {
-        // The last change is the error of the step before the last, whose goal would do if links had no other error.
-        match problem.solve_step(shown, (goal * last_goal).sqrt(), Some(&last)) {
-            Err(Error::Interrupted) => history.stop_reason = Some("it was interrupted".into()),
-            shown => last = shown?,
-        }
-    }
-    history.links = last.as_ref().outcome.links;
-    Ok((last, history))
-}
-
-/// Returns the error to which the step after one to `goal` is solved.
-pub(super) fn next_goal(goal: f64, error: f64) -> f64 {
-    (0.5 * goal).max(MIN_GOAL_SHARE * error)
-}
-
-/// Returns the largest number of texels of a step after one of this number.
-pub(super) fn most_texels(before: u64) -> u64 {
-    MAX_STEP_TEXELS.max(2 * before).min(MAX_TEXELS)
-}
-
-/// Returns the texels of the step after `last`, in which the light changed by `change`.
-pub(super) fn choose_next<S: AdaptiveProblem>(
-    problem: &S,
-    last: &SolveStep,
-    change: &StepChange,
-    error: f64,
-) -> Vec<[u32; 2]> {
-    let (faces, before) = (&problem.scene().faces, &last.resolutions);
-    let may_refine = |f: usize| problem.fixed_texels(f).is_none();
-    let unrefined = UNREFINED_SHARE * error * error;
-    let mut texels = halve_largest(faces, before, &change.by_face, unrefined, may_refine);
-    refine_neighbours(faces, before, &mut texels, may_refine);
-    texels
-}
-
-/// Solves the first step, to `error`, and chooses the texels of the second.
-///
-/// Errors: [`Error::Interrupted`].
-pub(super) fn solve_first_step<S: AdaptiveProblem>(problem: &S, error: f64) -> Result<(S::StepResult, Vec<[u32; 2]>)> {
-    let scene = problem.scene();
-    let width = first_texel_width(scene)?;
-    let requested = |f: usize| problem.requested_texels(f);
-    let keep_fixed = |texels: &mut [[u32; 2]]| {
-        for (f, own) in texels.iter_mut().enumerate() {
-            *own = problem.fixed_texels(f).unwrap_or(*own);
-        }
-    };
-    let mut texels = choose_first(scene, &requested, width);
-    keep_fixed(&mut texels);
-    let first = problem.solve_step(texels, error, None)?;
-    texels = choose_second(scene, &requested, width, &first.as_ref().resolutions);
-    keep_fixed(&mut texels);
-    for (own, least) in texels.iter_mut().zip(problem.least_resolution(&first)) {
-        *own = [0, 1].map(|k| own[k].max(least[k]));
-    }
-    Ok((first, texels))
 }
 
 /// Returns a callback that reports a step's progress and breaks on an interruption.

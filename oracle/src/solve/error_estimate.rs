@@ -54,6 +54,14 @@ impl ErrorHistory {
         Some(change.hypot(noise))
     }
 
+    /// Returns a history with the same changes, to which foretold ones can be added.
+    pub fn foretell(&self) -> Self {
+        Self {
+            changes: self.changes.clone(),
+            ..Self::default()
+        }
+    }
+
     /// Returns whether the remaining error is known to be at most `error`.
     pub fn meets_target(&self, error: f64) -> bool {
         self.remaining_error().is_some_and(|remaining| remaining <= error)

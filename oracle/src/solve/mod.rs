@@ -12,6 +12,7 @@ pub mod interrupt;
 pub mod plausibility;
 pub mod progress;
 mod ray_steps;
+pub mod refinement;
 pub mod regather;
 pub mod residual;
 pub mod resolution;
@@ -19,6 +20,7 @@ pub mod solve_to_error;
 pub mod solved;
 pub mod solver;
 pub mod step;
+mod step_forecast;
 pub mod task;
 pub mod warnings;
 

@@ -4,14 +4,16 @@
 //! rays, whose noise cancels. Where it is small enough, rays are added until their noise is, too; else the texels whose
 //! merging causes most of the change are halved, and the next step begins.
 
-use super::adaptive::{AdaptiveProblem, AdaptiveSolve, LastStep, most_texels, step_progress};
+use super::adaptive::{AdaptiveSolve, step_progress};
 use super::adjacency::refine_neighbours;
 use super::error_estimate::{ErrorHistory, StepChange};
+use super::refinement::{AdaptiveProblem, most_texels};
 use super::resolution::{
     TexelError, choose_first, choose_second, coarser_texels, count_texels, first_texel_width, halve_by_cost,
     resample_face,
 };
 use super::step::SolveStep;
+use super::step_forecast::StepForecast;
 use common::mesh::Mesh;
 use common::passes::ProgressCallback;
 use common::rays::Rays;
@@ -96,10 +98,10 @@ pub(super) fn refine_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<(Sol
     Ok((last.step, history))
 }
 
-/// Solves the first two steps roughly and forecasts the rest.
+/// Solves the first two steps roughly and forecasts the rest. Returns the second step, too.
 ///
 /// Errors: [`Error::Interrupted`]; those of the sky.
-pub(super) fn forecast_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<LastStep> {
+pub(super) fn forecast_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<(SolveStep, StepForecast)> {
     let (first, texels) = solve_first_texels(problem, error)?;
     let second = solve_on_texels(problem, texels, error, Finish::Forecast)?;
     let traced = |step: &RayStep| count_traced_rays(step.step.outcome.links, step.step.mesh.texels.len() as u64);
@@ -116,11 +118,11 @@ pub(super) fn forecast_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<La
         count_traced_rays(rays_for(ratio), after)
     };
     let rough = next.map_or(0, judge);
-    Ok(LastStep {
-        step: second.step,
+    let forecast = StepForecast {
         kept: [after, rays],
         work_ratio: 1.0 + (rough + rays) as f64 / known.max(1) as f64,
-    })
+    };
+    Ok((second.step, forecast))
 }
 
 /// Solves roughly on the first texels, and chooses those of the second step.

@@ -1,9 +1,10 @@
 //! A solve to a requested error, by rays where faces are many and small and by links elsewhere, on the requested texels.
 
-use super::adaptive::{AdaptiveProblem, AdaptiveSolve, StepObserver, refine_until_converged};
+use super::adaptive::{AdaptiveSolve, StepObserver};
 use super::error_estimate::ErrorHistory;
 use super::progress::ProgressMonitor;
 use super::ray_steps::refine_by_rays;
+use super::refinement::{AdaptiveProblem, RefinementSteps};
 use super::resolution::resample_face;
 use super::solved::Solved;
 use super::solver::ErrorTarget;
@@ -67,7 +68,7 @@ pub fn solve_with_observer(
 fn solve_in_steps(problem: &AdaptiveSolve, settings: &Settings, target: ErrorTarget) -> Result<Solved> {
     let (step, history) = match problem.follows_rays() {
         true => refine_by_rays(problem, target.error)?,
-        false => refine_until_converged(problem, target.error)?,
+        false => RefinementSteps::begin(problem, target.error)?.finish()?,
     };
     let mut solved = resample_result(problem.scene(), settings, target, step, history)?;
     solved.run.field.origin = match problem.follows_rays() {
