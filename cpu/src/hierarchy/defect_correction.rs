@@ -67,6 +67,7 @@ impl HierarchicalSolver<'_> {
         Ok(TexelSolution {
             irradiance: whole.map(|(h, (rest, open))| *h + *rest * *open).collect(),
             residual: unshot.map(|(unshot, open)| *unshot * *open).collect(),
+            direct: Vec::new(),
             noise: vec![Vec3::ZERO; self.open.len()],
             removed: Vec::new(),
             coarse_error,

@@ -102,6 +102,8 @@ pub struct TexelSolution {
     pub residual: Vec<Vec3>,
     /// Open share of each texel's area.
     pub open: Vec<f32>,
+    /// Part of each texel's H that lamps and the surroundings cause; empty where it is not kept.
+    pub direct: Vec<Vec3>,
     /// Half of the difference between each texel's H of either half of its rays; its square is the variance of H.
     pub noise: Vec<Vec3>,
     /// What smoothing removed from each texel's H of either half: the product is the squared error of that in the mean. Empty
@@ -145,6 +147,33 @@ pub fn solve_with_links(
     let emission: Vec<Vec3> = mesh.texels.iter().map(|t| t.emission).collect();
     with_solver(scene, mesh, coarse_error, method, |solver| {
         solver.solve_emission(&emission, budget, watch)
+    })
+}
+
+/// Light that is gathered on new texels from a known solution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GatheredLight {
+    /// That of lamps and from outside.
+    Direct,
+    /// That which surfaces reflect, too.
+    All,
+}
+
+/// Gathers `light` on the texels of `mesh`, where `reflected` is the known irradiance of each texel's open part that other
+/// surfaces cause.
+///
+/// Errors: those of [`solve_with_links`].
+pub fn gather_known_light(
+    scene: &Scene,
+    mesh: &Mesh,
+    (light, reflected): (GatheredLight, &[Vec3]),
+    budget: ErrorBudget,
+    method: LinkMethod,
+    watch: ProgressCallback,
+) -> Result<TexelSolution> {
+    let emission: Vec<Vec3> = mesh.texels.iter().map(|t| t.emission).collect();
+    with_solver(scene, mesh, &[], method, |solver| {
+        solver.gather_light(&emission, (light, reflected), budget, watch)
     })
 }
 
@@ -291,10 +320,44 @@ impl<'a> HierarchicalSolver<'a> {
         let direct_open = self.open_part_mean(&direct);
         let reflected = self.reflected_radiosity(&direct_open);
         let solution = self.solve_indirect(&reflected, &direct_open, ambient, budget, watch)?;
-        let whole = direct.iter().zip(&solution.irradiance);
         Ok(TexelSolution {
-            irradiance: whole.map(|(direct, later)| *direct + *later).collect(),
+            irradiance: add_fields(&direct, &solution.irradiance),
+            direct,
             ..solution
+        })
+    }
+
+    /// Gathers `light` once: of `emission`, from outside, and by surfaces of which `reflected` is the known irradiance.
+    fn gather_light(
+        mut self,
+        emission: &[Vec3],
+        (light, reflected): (GatheredLight, &[Vec3]),
+        budget: ErrorBudget,
+        watch: ProgressCallback,
+    ) -> Result<TexelSolution> {
+        let lamps = self.fit_sources(emission);
+        let estimate = self.estimate_direct(emission, &lamps, watch)?;
+        let estimate = self.add_outside(estimate, |h, open| h / open);
+        self.scale = self.inverse_rms(&add_fields(&estimate, reflected));
+        let end = match light {
+            GatheredLight::Direct => 1.0,
+            GatheredLight::All => DIRECT_PROGRESS.end,
+        };
+        let direct = self.gather_arriving(&lamps, budget.direct, DIRECT_PROGRESS.start..end, watch)?;
+        let direct = self.add_outside(direct, |h, _| h);
+        let reflected = match light {
+            GatheredLight::Direct => reflected.iter().zip(&self.open).map(|(h, open)| *h * *open).collect(),
+            GatheredLight::All => {
+                let known = add_fields(&self.open_part_mean(&direct), reflected);
+                let sources = self.fit_sources(&self.reflected_radiosity(&known));
+                self.gather_arriving(&sources, budget.fine, end..1.0, watch)?
+            }
+        };
+        Ok(TexelSolution {
+            irradiance: add_fields(&direct, &reflected),
+            direct,
+            open: self.open,
+            ..TexelSolution::default()
         })
     }
 

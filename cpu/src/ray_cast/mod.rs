@@ -613,6 +613,7 @@ impl<'a> RaySolver<'a> {
         let to_vec3 = |values: &[Vec3A]| values.iter().map(|v| Vec3::from(*v)).collect();
         let unshot = bounces.unshot.iter().zip(self.open);
         TexelSolution {
+            direct: Vec::new(),
             irradiance: to_vec3(&bounces.mean),
             residual: unshot
                 .map(|([a, b], open)| Vec3::from(0.5 * (*a + *b)) * *open)

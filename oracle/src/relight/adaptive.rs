@@ -4,8 +4,8 @@
 use super::captured_room::CapturedValues;
 use super::receiver_blocks::choose_block_sizes;
 use super::stage::RelightStage;
-use crate::solve::adaptive::{follows_rays, noise_on_texels, step_progress};
-use crate::solve::progress::ProgressMonitor;
+use crate::solve::adaptive::{follows_rays, noise_on_texels};
+use crate::solve::progress::{ProgressMonitor, step_progress};
 use crate::solve::refinement::{AdaptiveProblem, RefinementSteps};
 use crate::solve::resolution::{count_texels, resample_face};
 use crate::solve::solve_to_error::ESCAPE_POINTS;
@@ -259,6 +259,7 @@ impl AdaptiveRelight<'_> {
             open: open.iter().map(|open| open.x).collect(),
             coarse_error: Vec::new(),
             removed: Vec::new(),
+            direct: Vec::new(),
             noise: mean(&|k| step.outcome.noise[k]),
             ..step.outcome
         };

@@ -3,11 +3,11 @@
 
 use super::error_estimate::StepChange;
 use super::interpolation_error::{interpolation_errors, reduce_interpolation_error};
-use super::interrupt::is_interrupted;
-use super::progress::ProgressMonitor;
+use super::progress::{ProgressMonitor, step_progress};
 use super::refinement::{AdaptiveProblem, MAX_STEPS};
 use super::regather::estimate::descending_order;
 use super::resolution::{RequestedTexels, count_texels};
+use super::shadow_steps::ShadowSteps;
 use super::solver::ErrorTarget;
 use super::step::SolveStep;
 use common::Result;
@@ -19,7 +19,6 @@ use cpu::hierarchy::linker::LinkMethod;
 use cpu::hierarchy::sky::receive_sky;
 use cpu::hierarchy::solver::{ErrorBudget, solve_with_links};
 use glam::{DVec3, Vec3};
-use std::ops::ControlFlow;
 
 /// Number of faces from which on a scene is solved by rays.
 const MIN_RAY_FACES: f64 = 200.0;
@@ -153,13 +152,21 @@ impl AdaptiveProblem for AdaptiveSolve<'_> {
         }
     }
 
-    fn result_resolution(&self, last: &SolveStep, change: &StepChange, error: f64) -> Option<Vec<[u32; 2]>> {
-        if self.requested_texels.is_some() || self.follows_rays() {
-            return None;
+    fn resolve_light(&self, last: SolveStep, change: &StepChange, (goal, most): (f64, u32)) -> Result<SolveStep> {
+        match self.requested_texels.is_some() || self.follows_rays() {
+            true => Ok(last),
+            false => {
+                let steps = ShadowSteps {
+                    scene: self.scene,
+                    error: self.error,
+                    method: self.method,
+                    goal,
+                    most,
+                    progress: self.progress,
+                };
+                steps.resolve_light(last, change)
+            }
         }
-        let errors = interpolation_errors(self.scene, last, (change.channel, change.scale));
-        let finer = reduce_interpolation_error(&self.scene.faces, &last.resolutions, &errors, error);
-        (finer != last.resolutions).then_some(finer)
     }
 }
 
@@ -204,7 +211,7 @@ fn resolve_small_faces(scene: &Scene, first: &SolveStep, error: f64, follow_ligh
     let all: f64 = by_channel.iter().sum();
     let resolved = match follow_light && all > 0.0 {
         true => {
-            let errors = interpolation_errors(scene, first, (channel, 1.0 / all));
+            let errors = interpolation_errors(scene, first, &first.outcome.irradiance, (channel, 1.0 / all));
             reduce_interpolation_error(&scene.faces, &first.resolutions, &errors, error)
         }
         false => first.resolutions.clone(),
@@ -234,15 +241,4 @@ pub(super) fn brightest_channel(scene: &Scene, step: &SolveStep) -> (Vec<f64>, u
     let light: Vec<DVec3> = scene.faces.iter().enumerate().map(light).collect();
     let channel = light.iter().sum::<DVec3>().max_position();
     (light.iter().map(|light| light[channel]).collect(), channel)
-}
-
-/// Returns a callback that reports a step's progress and breaks on an interruption.
-pub fn step_progress<'a>(progress: &'a ProgressMonitor, phase: &'a str) -> impl FnMut(f64) -> ControlFlow<()> + 'a {
-    move |done| {
-        if is_interrupted() {
-            progress.mark_stopped();
-            return ControlFlow::Break(());
-        }
-        progress.report_share(phase, done)
-    }
 }

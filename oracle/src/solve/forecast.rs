@@ -23,11 +23,11 @@ pub struct FirstSteps {
     pub texels: u64,
     /// Rays that it keeps; 0 by links.
     pub rays: u64,
-    /// Work of the whole solve over that of the first two steps.
+    /// Work of the whole solve over that of the steps that are made.
     pub work_ratio: f64,
 }
 
-/// Solves the first two steps of a solve of `scene` by `solver`, and forecasts the rest; none for a solver without an error.
+/// Makes the first steps of a solve of `scene` by `solver`, and forecasts the rest; none for a solver without an error.
 ///
 /// Errors: those of the solver; [`common::Error::Interrupted`].
 pub fn solve_first(
@@ -61,6 +61,7 @@ fn forecast_solve(
         false => {
             let mut steps = RefinementSteps::begin(&problem, target.error)?;
             steps.advance()?;
+            let steps = steps.resolve_light(1)?;
             let forecast = forecast_by_links(&steps);
             (steps.last, forecast)
         }

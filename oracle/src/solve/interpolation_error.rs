@@ -43,9 +43,15 @@ impl FitDeviations {
     }
 }
 
-/// Returns the error of interpolation on each face in `channel`, its square times `scale`.
-pub(super) fn interpolation_errors(scene: &Scene, step: &SolveStep, (channel, scale): (usize, f64)) -> Vec<TexelError> {
-    let by_face = measure_deviations(scene, step, channel);
+/// Returns the error of interpolation between the texels of `step`, if they receive this `irradiance`, on each face in
+/// `channel`, its square times `scale`.
+pub(super) fn interpolation_errors(
+    scene: &Scene,
+    step: &SolveStep,
+    irradiance: &[Vec3],
+    (channel, scale): (usize, f64),
+) -> Vec<TexelError> {
+    let by_face = measure_deviations(scene, step, irradiance, channel);
     let mut sum = FitDeviations::default();
     for own in by_face.iter().filter(|own| own.coarse > 0.0) {
         sum.fine += own.fine;
@@ -62,6 +68,11 @@ pub(super) fn interpolation_errors(scene: &Scene, step: &SolveStep, (channel, sc
     by_face.iter().map(error).collect()
 }
 
+/// Returns the sum of the squares of all `errors`.
+pub(super) fn sum_errors(errors: &[TexelError]) -> f64 {
+    errors.iter().map(|own| own.square).sum()
+}
+
 /// Halves `texels` until interpolation errs by about `error` at most, where it errs by `errors` on each face.
 pub(super) fn reduce_interpolation_error(
     faces: &[Face],
@@ -69,7 +80,7 @@ pub(super) fn reduce_interpolation_error(
     errors: &[TexelError],
     error: f64,
 ) -> Vec<[u32; 2]> {
-    let all: f64 = errors.iter().map(|own| own.square).sum();
+    let all = sum_errors(errors);
     if all <= (ESTIMATE_TOLERANCE * error).powi(2) {
         return texels.to_vec();
     }
@@ -77,7 +88,7 @@ pub(super) fn reduce_interpolation_error(
 }
 
 /// Returns the deviations of the light of the open parts in `channel`.
-fn measure_deviations(scene: &Scene, step: &SolveStep, channel: usize) -> Vec<FitDeviations> {
+fn measure_deviations(scene: &Scene, step: &SolveStep, irradiance: &[Vec3], channel: usize) -> Vec<FitDeviations> {
     let (mesh, open) = (&step.mesh, &step.outcome.open);
     let tree = TexelTree::new(scene, mesh);
     let areas: Vec<f32> = mesh
@@ -100,7 +111,7 @@ fn measure_deviations(scene: &Scene, step: &SolveStep, channel: usize) -> Vec<Fi
         pull_radiosity(&tree, &areas, &light)
     };
     // The noise of rays deviates, too, by the square of half the difference of their halves in the mean.
-    let [light, noise] = [&step.outcome.irradiance, &step.outcome.noise].map(|values| fit(values));
+    let [light, noise] = [irradiance, &step.outcome.noise].map(fit);
     let of_face = |(f, face): (usize, &Face)| {
         let level_of = |k: u32| tree.nodes[k as usize].level;
         let levels = level_of(tree.leaves_of(tree.roots[f])[0].node);
@@ -185,7 +196,7 @@ mod tests {
         outcome.irradiance = (0..mesh.texels.len()).map(|k| irradiance[index(k)]).collect();
         outcome.noise = (0..mesh.texels.len()).map(|k| noise[index(k)]).collect();
         let step = SolveStep::new(vec![[TEXELS_PER_SIDE; 2]], mesh, outcome);
-        interpolation_errors(&scene, &step, (0, 1.0))[0].square
+        interpolation_errors(&scene, &step, &step.outcome.irradiance, (0, 1.0))[0].square
     }
 
     fn without_noise(means: &[f64]) -> f64 {

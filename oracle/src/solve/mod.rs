@@ -16,6 +16,7 @@ pub mod refinement;
 pub mod regather;
 pub mod residual;
 pub mod resolution;
+mod shadow_steps;
 pub mod solve_to_error;
 pub mod solved;
 pub mod solver;

@@ -1,6 +1,7 @@
 //! Progress of a solve: reports to a callback, cancellation, and the time of each phase. The program shows bars by it,
 //! and studies stop solves by it.
 
+use super::interrupt::is_interrupted;
 use common::{Error, Result};
 use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
@@ -80,4 +81,15 @@ impl<'a> ProgressMonitor<'a> {
 /// Makes a monitor that reports nothing.
 pub fn without_progress() -> ProgressMonitor<'static> {
     ProgressMonitor::new(&|_, _| ControlFlow::Continue(()))
+}
+
+/// Returns a callback that reports a step's progress and breaks on an interruption.
+pub fn step_progress<'a>(progress: &'a ProgressMonitor, phase: &'a str) -> impl FnMut(f64) -> ControlFlow<()> + 'a {
+    move |done| {
+        if is_interrupted() {
+            progress.mark_stopped();
+            return ControlFlow::Break(());
+        }
+        progress.report_share(phase, done)
+    }
 }

@@ -4,9 +4,10 @@
 //! rays, whose noise cancels. Where it is small enough, rays are added until their noise is, too; else the texels whose
 //! merging causes most of the change are halved, and the next step begins.
 
-use super::adaptive::{AdaptiveSolve, step_progress};
+use super::adaptive::AdaptiveSolve;
 use super::adjacency::refine_neighbours;
 use super::error_estimate::{ErrorHistory, StepChange};
+use super::progress::step_progress;
 use super::refinement::{AdaptiveProblem, most_texels};
 use super::resolution::{
     TexelError, choose_first, choose_second, coarser_texels, count_texels, first_texel_width, halve_by_cost,

@@ -19,6 +19,8 @@ use common::{Error, Result};
 
 /// Largest number of steps.
 pub(super) const MAX_STEPS: u32 = 6;
+/// Largest number of steps that only gather light. Each makes 16 times as many texels on a face at most.
+const MAX_GATHER_STEPS: u32 = 4;
 /// Smallest goal of a step, as a share of the requested error. Remaining differences are then due to the
 /// texels' size.
 const MIN_GOAL_SHARE: f64 = 0.25;
@@ -59,9 +61,18 @@ pub trait AdaptiveProblem {
         Vec::new()
     }
 
-    /// Texels for the final result, if they differ from those of the last step.
-    fn result_resolution(&self, _last: &Self::StepResult, _change: &StepChange, _error: f64) -> Option<Vec<[u32; 2]>> {
-        None
+    /// Gathers light on texels between which it is interpolated to the requested error, if those of the `last` step, which
+    /// changed the light by `change`, are too large: to an error, in at most so many steps. After an interruption it returns
+    /// the last complete step.
+    ///
+    /// Errors: those of a step.
+    fn resolve_light(
+        &self,
+        last: Self::StepResult,
+        _change: &StepChange,
+        _steps: (f64, u32),
+    ) -> Result<Self::StepResult> {
+        Ok(last)
     }
 }
 
@@ -77,8 +88,8 @@ pub struct RefinementSteps<'a, S: AdaptiveProblem> {
     pub(super) history: ErrorHistory,
     /// Texels of the next step.
     pub(super) texels: Vec<[u32; 2]>,
-    /// Number of texels of the step before the last.
-    pub(super) texels_before: u64,
+    /// Number of texels of each step.
+    pub(super) counts: Vec<u64>,
 }
 
 impl<'a, S: AdaptiveProblem> RefinementSteps<'a, S> {
@@ -102,6 +113,7 @@ impl<'a, S: AdaptiveProblem> RefinementSteps<'a, S> {
         for (own, least) in texels.iter_mut().zip(problem.least_resolution(&first)) {
             *own = [0, 1].map(|k| own[k].max(least[k]));
         }
+        let count = first.as_ref().mesh.texels.len() as u64;
         Ok(Self {
             problem,
             error,
@@ -109,7 +121,7 @@ impl<'a, S: AdaptiveProblem> RefinementSteps<'a, S> {
             goals: [error; 2],
             history: ErrorHistory::default(),
             texels,
-            texels_before: 0,
+            counts: vec![count],
         })
     }
 
@@ -136,7 +148,7 @@ impl<'a, S: AdaptiveProblem> RefinementSteps<'a, S> {
             next => next?,
         };
         self.goals = [self.goals[1], goal];
-        self.texels_before = before;
+        self.counts.push(texels);
         let requested = |f: usize| problem.requested_texels(f);
         let change = StepChange::compare_steps(problem.scene(), self.last.as_ref(), next.as_ref(), &requested);
         self.last = next;
@@ -164,26 +176,23 @@ impl<'a, S: AdaptiveProblem> RefinementSteps<'a, S> {
     /// Errors: those of a step.
     pub fn finish(mut self) -> Result<(S::StepResult, ErrorHistory)> {
         while self.advance()? {}
-        let Self {
-            problem,
-            error,
-            mut last,
-            mut history,
-            goals: [last_goal, goal],
-            ..
-        } = self;
-        if history.meets_target(error)
-            && let Some(change) = &history.last_change
-            && let Some(shown) = problem.result_resolution(&last, change, error)
-        {
-            // The last change is the error of the step before the last, whose goal would do if links had no other error.
-            match problem.solve_step(shown, (goal * last_goal).sqrt(), Some(&last)) {
-                Err(Error::Interrupted) => history.stop_reason = Some("it was interrupted".into()),
-                shown => last = shown?,
-            }
-        }
+        let Self { last, mut history, .. } = self.resolve_light(MAX_GATHER_STEPS)?;
         history.links = last.as_ref().outcome.links;
         Ok((last, history))
+    }
+
+    /// Gathers light on smaller texels in at most `most` steps, if the error is met.
+    ///
+    /// Errors: those of a step.
+    pub fn resolve_light(mut self, most: u32) -> Result<Self> {
+        if self.meets_target()
+            && let Some(change) = &self.history.last_change
+        {
+            // The last change is the error of the step before the last, whose goal would do if links had no other error.
+            let goal = (self.goals[0] * self.goals[1]).sqrt();
+            self.last = self.problem.resolve_light(self.last, change, (goal, most))?;
+        }
+        Ok(self)
     }
 
     /// Returns the texels of the step after the last, in which the light changed by `change`.

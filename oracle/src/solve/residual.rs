@@ -5,8 +5,8 @@
 //! r = E + ρKB − B      e = r + ρKr + (ρK)²r + …      B + e solves the equation
 //! ```
 
-use super::adaptive::{follows_rays, step_progress};
-use super::progress::ProgressMonitor;
+use super::adaptive::follows_rays;
+use super::progress::{ProgressMonitor, step_progress};
 use super::solve_to_error::ESCAPE_POINTS;
 use crate::diff::Diff;
 use common::cover::sample_covers;

@@ -1,11 +1,10 @@
 //! Tasks of the pipeline: a scene, or objects in a captured room ([`crate::relight::task`]).
 
-use super::adaptive::step_progress;
 use super::error_estimate::closure_error;
 use super::gpu_linker::LinkerOnGpu;
 use super::interrupt::is_interrupted;
 use super::plausibility::explain_darkness;
-use super::progress::ProgressMonitor;
+use super::progress::{ProgressMonitor, step_progress};
 use super::regather::ErrorEstimate;
 use super::solved::Solved;
 use super::solver::SolverChoice;

@@ -77,7 +77,7 @@ pub fn forecast_solve(
     })
 }
 
-/// Forecasts a solve to an error from its first two steps, of which it also makes the views.
+/// Forecasts a solve to an error from its first steps, of which it also makes the views.
 fn forecast_from_first_steps(
     scene: &Scene,
     settings: &Settings,
@@ -96,7 +96,7 @@ fn forecast_from_first_steps(
     let mut forecast = Forecast {
         shots: None,
         kept: None,
-        trial: "its first two steps".into(),
+        trial: "its first steps".into(),
         trial_seconds: 0.0,
         work_ratio: 1.0,
         seconds: 0.0,
