@@ -150,12 +150,12 @@ pub fn solve_with_links(
     })
 }
 
-/// Light that is gathered on new texels from a known solution.
+/// Parts of the light that are gathered on new texels from a known solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum GatheredLight {
-    /// That of lamps and from outside.
+pub enum LightParts {
+    /// Light of lamps and from outside.
     Direct,
-    /// That which surfaces reflect, too.
+    /// Light that surfaces reflect, too.
     All,
 }
 
@@ -166,7 +166,7 @@ pub enum GatheredLight {
 pub fn gather_known_light(
     scene: &Scene,
     mesh: &Mesh,
-    (light, reflected): (GatheredLight, &[Vec3]),
+    (light, reflected): (LightParts, &[Vec3]),
     budget: ErrorBudget,
     method: LinkMethod,
     watch: ProgressCallback,
@@ -309,14 +309,11 @@ impl<'a> HierarchicalSolver<'a> {
         budget: ErrorBudget,
         watch: ProgressCallback,
     ) -> Result<TexelSolution> {
-        let lamps = self.fit_sources(emission);
-        let estimate = self.estimate_direct(emission, &lamps, watch)?;
-        let estimate = self.add_outside(estimate, |h, open| h / open);
+        let (lamps, estimate) = self.estimate_open_parts(emission, watch)?;
         let ambient = self.ambient_irradiance(&self.reflected_radiosity(&estimate));
         let light: Vec<Vec3> = estimate.iter().map(|h| *h + ambient).collect();
         self.scale = self.inverse_rms(&light);
-        let direct = self.gather_arriving(&lamps, budget.direct, DIRECT_PROGRESS, watch)?;
-        let direct = self.add_outside(direct, |h, _| h);
+        let direct = self.gather_direct(&lamps, budget, DIRECT_PROGRESS, watch)?;
         let direct_open = self.open_part_mean(&direct);
         let reflected = self.reflected_radiosity(&direct_open);
         let solution = self.solve_indirect(&reflected, &direct_open, ambient, budget, watch)?;
@@ -331,23 +328,20 @@ impl<'a> HierarchicalSolver<'a> {
     fn gather_light(
         mut self,
         emission: &[Vec3],
-        (light, reflected): (GatheredLight, &[Vec3]),
+        (light, reflected): (LightParts, &[Vec3]),
         budget: ErrorBudget,
         watch: ProgressCallback,
     ) -> Result<TexelSolution> {
-        let lamps = self.fit_sources(emission);
-        let estimate = self.estimate_direct(emission, &lamps, watch)?;
-        let estimate = self.add_outside(estimate, |h, open| h / open);
+        let (lamps, estimate) = self.estimate_open_parts(emission, watch)?;
         self.scale = self.inverse_rms(&add_fields(&estimate, reflected));
         let end = match light {
-            GatheredLight::Direct => 1.0,
-            GatheredLight::All => DIRECT_PROGRESS.end,
+            LightParts::Direct => 1.0,
+            LightParts::All => DIRECT_PROGRESS.end,
         };
-        let direct = self.gather_arriving(&lamps, budget.direct, DIRECT_PROGRESS.start..end, watch)?;
-        let direct = self.add_outside(direct, |h, _| h);
+        let direct = self.gather_direct(&lamps, budget, DIRECT_PROGRESS.start..end, watch)?;
         let reflected = match light {
-            GatheredLight::Direct => reflected.iter().zip(&self.open).map(|(h, open)| *h * *open).collect(),
-            GatheredLight::All => {
+            LightParts::Direct => reflected.iter().zip(&self.open).map(|(h, open)| *h * *open).collect(),
+            LightParts::All => {
                 let known = add_fields(&self.open_part_mean(&direct), reflected);
                 let sources = self.fit_sources(&self.reflected_radiosity(&known));
                 self.gather_arriving(&sources, budget.fine, end..1.0, watch)?
@@ -359,6 +353,30 @@ impl<'a> HierarchicalSolver<'a> {
             open: self.open,
             ..TexelSolution::default()
         })
+    }
+
+    /// Fits the radiosity of lamps, and estimates the irradiance of the texels' open parts by it and from outside.
+    fn estimate_open_parts(
+        &mut self,
+        emission: &[Vec3],
+        watch: ProgressCallback,
+    ) -> Result<(Vec<LinearRadiosity>, Vec<Vec3>)> {
+        let lamps = self.fit_sources(emission);
+        let estimate = self.estimate_direct(emission, &lamps, watch)?;
+        let estimate = self.add_outside(estimate, |h, open| h / open);
+        Ok((lamps, estimate))
+    }
+
+    /// Gathers the light of `lamps` and from outside at all texels: the mean over each one's area.
+    fn gather_direct(
+        &self,
+        lamps: &[LinearRadiosity],
+        budget: ErrorBudget,
+        progress: Range<f64>,
+        watch: ProgressCallback,
+    ) -> Result<Vec<Vec3>> {
+        let direct = self.gather_arriving(lamps, budget.direct, progress, watch)?;
+        Ok(self.add_outside(direct, |h, _| h))
     }
 
     /// Adds the light from outside, as a share that depends on the texel's open share, where a part is open.

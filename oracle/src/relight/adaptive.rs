@@ -107,7 +107,7 @@ pub fn relight_adaptively(
         method,
         progress,
     };
-    let (relit, history) = RefinementSteps::begin(&problem, target.error)?.finish()?;
+    let (relit, history) = RefinementSteps::solve_first(&problem, target.error)?.solve_rest()?;
     let solved_texels = relit.step.resolutions.clone();
     let RelightStep {
         step,

@@ -54,8 +54,8 @@ impl ErrorHistory {
         Some(change.hypot(noise))
     }
 
-    /// Returns a history with the same changes, to which foretold ones can be added.
-    pub fn foretell(&self) -> Self {
+    /// Copies the changes, so that foretold ones can be added.
+    pub fn copy_changes(&self) -> Self {
         Self {
             changes: self.changes.clone(),
             ..Self::default()

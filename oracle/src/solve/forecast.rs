@@ -59,8 +59,8 @@ fn forecast_solve(
     let (step, forecast) = match problem.follows_rays() {
         true => forecast_by_rays(&problem, target.error)?,
         false => {
-            let mut steps = RefinementSteps::begin(&problem, target.error)?;
-            steps.advance()?;
+            let mut steps = RefinementSteps::solve_first(&problem, target.error)?;
+            steps.solve_next()?;
             let steps = steps.resolve_light(1)?;
             let forecast = forecast_by_links(&steps);
             (steps.last, forecast)

@@ -70,7 +70,7 @@ pub trait AdaptiveProblem {
         &self,
         last: Self::StepResult,
         _change: &StepChange,
-        _steps: (f64, u32),
+        _goal_and_most: (f64, u32),
     ) -> Result<Self::StepResult> {
         Ok(last)
     }
@@ -96,7 +96,7 @@ impl<'a, S: AdaptiveProblem> RefinementSteps<'a, S> {
     /// Solves the first step, to `error`, and chooses the texels of the second.
     ///
     /// Errors: [`Error::Interrupted`].
-    pub fn begin(problem: &'a S, error: f64) -> Result<Self> {
+    pub fn solve_first(problem: &'a S, error: f64) -> Result<Self> {
         let scene = problem.scene();
         let width = first_texel_width(scene)?;
         let requested = |f: usize| problem.requested_texels(f);
@@ -128,7 +128,7 @@ impl<'a, S: AdaptiveProblem> RefinementSteps<'a, S> {
     /// Solves another step, and chooses the texels of the next. Returns false if the error is met or no step may follow.
     ///
     /// Errors: those of the step, but for an interruption, which ends the steps.
-    pub fn advance(&mut self) -> Result<bool> {
+    pub fn solve_next(&mut self) -> Result<bool> {
         let Self { problem, error, .. } = *self;
         let texels = count_texels(&self.texels);
         let before = self.last.as_ref().mesh.texels.len() as u64;
@@ -174,8 +174,8 @@ impl<'a, S: AdaptiveProblem> RefinementSteps<'a, S> {
     /// the last complete step.
     ///
     /// Errors: those of a step.
-    pub fn finish(mut self) -> Result<(S::StepResult, ErrorHistory)> {
-        while self.advance()? {}
+    pub fn solve_rest(mut self) -> Result<(S::StepResult, ErrorHistory)> {
+        while self.solve_next()? {}
         let Self { last, mut history, .. } = self.resolve_light(MAX_GATHER_STEPS)?;
         history.links = last.as_ref().outcome.links;
         Ok((last, history))

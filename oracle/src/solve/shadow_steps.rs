@@ -16,7 +16,7 @@ use common::{Error, Result};
 use cpu::hierarchy::linear_radiosity::pull_radiosity;
 use cpu::hierarchy::linker::LinkMethod;
 use cpu::hierarchy::sky::receive_sky;
-use cpu::hierarchy::solver::{ErrorBudget, GatheredLight, TexelSolution, gather_known_light};
+use cpu::hierarchy::solver::{ErrorBudget, LightParts, TexelSolution, gather_known_light};
 use cpu::hierarchy::tree::TexelTree;
 use glam::{DVec3, Vec3};
 
@@ -50,12 +50,8 @@ impl ShadowSteps<'_> {
             let direct = errors_of(&last, &last.outcome.direct);
             let of_reflected = sum_errors(&reflected);
             let (light, errors, error) = match of_reflected <= (REFLECTED_SHARE * self.error).powi(2) {
-                true => (
-                    GatheredLight::Direct,
-                    direct,
-                    (self.error.powi(2) - of_reflected).sqrt(),
-                ),
-                false => (GatheredLight::All, add_errors(&direct, &reflected), self.error),
+                true => (LightParts::Direct, direct, (self.error.powi(2) - of_reflected).sqrt()),
+                false => (LightParts::All, add_errors(&direct, &reflected), self.error),
             };
             let finer = reduce_interpolation_error(&self.scene.faces, &last.resolutions, &errors, error);
             if finer == last.resolutions {
@@ -65,7 +61,7 @@ impl ShadowSteps<'_> {
                 Err(Error::Interrupted) => return Ok(last),
                 step => step?,
             };
-            if light == GatheredLight::All {
+            if light == LightParts::All {
                 reflected = errors_of(&last, &reflected_light(&last));
             }
         }
@@ -73,7 +69,7 @@ impl ShadowSteps<'_> {
     }
 
     /// Gathers `light` on `texels` of each face; other light is interpolated from the `last` step.
-    fn gather_light(&self, light: GatheredLight, texels: Vec<[u32; 2]>, last: &SolveStep) -> Result<SolveStep> {
+    fn gather_light(&self, light: LightParts, texels: Vec<[u32; 2]>, last: &SolveStep) -> Result<SolveStep> {
         let (scene, progress) = (self.scene, self.progress);
         let mut mesh = progress.time_phase("prepare", || Mesh::new(scene, &texels, 1))?;
         let phase = format!("gathering at {} texels", mesh.texels.len());
@@ -87,7 +83,7 @@ impl ShadowSteps<'_> {
         let residual = resample_step(&scene.faces, last, &texels, &|k| last.outcome.residual[k].as_dvec3());
         let outcome = TexelSolution {
             noise: vec![Vec3::ZERO; mesh.texels.len()],
-            residual: in_mesh_order(&mesh, &narrow_to_f32(residual)),
+            residual: narrow_to_f32(residual),
             links: last.outcome.links,
             passes: last.outcome.passes,
             converged: last.outcome.converged,
@@ -137,10 +133,8 @@ fn interpolate_reflected(scene: &Scene, last: &SolveStep, mesh: &Mesh, texels: &
         let at_origin = fit.mean.as_dvec3() - slope[0] * f64::from(place.x) - slope[1] * f64::from(place.y);
         planes[leaf.texel as usize] = [at_origin, slope[0], slope[1]];
     }
-    let [origin, along_x, along_y] = [0, 1, 2].map(|n| {
-        let values = resample_step(&scene.faces, last, texels, &|k| planes[k][n]);
-        in_mesh_order(mesh, &values)
-    });
+    // A mesh has its texels in face order because each face is one patch.
+    let [origin, along_x, along_y] = [0, 1, 2].map(|n| resample_step(&scene.faces, last, texels, &|k| planes[k][n]));
     let fine = TexelTree::new(scene, mesh);
     let mut found = vec![Vec3::ZERO; mesh.texels.len()];
     for leaf in &fine.leaves {
@@ -152,15 +146,6 @@ fn interpolate_reflected(scene: &Scene, last: &SolveStep, mesh: &Mesh, texels: &
         found[k] = value.as_vec3().max(Vec3::ZERO);
     }
     found
-}
-
-/// Returns `values` of the texels of `mesh` in face order, in the mesh's order.
-fn in_mesh_order<T: Copy + Default>(mesh: &Mesh, values: &[T]) -> Vec<T> {
-    let mut ordered = vec![T::default(); values.len()];
-    for (value, k) in values.iter().zip(mesh.texels_in_face_order()) {
-        ordered[k] = *value;
-    }
-    ordered
 }
 
 #[cfg(test)]

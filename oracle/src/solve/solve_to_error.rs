@@ -68,7 +68,7 @@ pub fn solve_with_observer(
 fn solve_in_steps(problem: &AdaptiveSolve, settings: &Settings, target: ErrorTarget) -> Result<Solved> {
     let (step, history) = match problem.follows_rays() {
         true => refine_by_rays(problem, target.error)?,
-        false => RefinementSteps::begin(problem, target.error)?.finish()?,
+        false => RefinementSteps::solve_first(problem, target.error)?.solve_rest()?,
     };
     let mut solved = resample_result(problem.scene(), settings, target, step, history)?;
     solved.run.field.origin = match problem.follows_rays() {

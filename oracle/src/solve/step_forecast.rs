@@ -39,7 +39,7 @@ pub(super) fn forecast_by_links(steps: &RefinementSteps<AdaptiveSolve>) -> StepF
         gathers -= 1;
     }
     let mut work = done;
-    let mut history = steps.history.foretell();
+    let mut history = steps.history.copy_changes();
     let last = match steps.meets_target() {
         true => &step.resolutions,
         false => &steps.texels,
