@@ -9,8 +9,9 @@ use common::scene::{Face, Scene};
 use glam::{DVec3, Vec3};
 use oracle::diff::pair::GridPair;
 use oracle::diff::reflected::ReflectedField;
+use oracle::exact::direct_light::reflected_direct;
 use oracle::exact::{furnace_radiosity, parallel_rectangles, perpendicular_rectangles};
-use oracle::path_tracer::{TracedRadiosity, debiased_pair_rms, debiased_rms, trace_radiosity};
+use oracle::path_tracer::{TracedRadiosity, debiased_pair_rms, debiased_rms, path_growth_for_noise, trace_radiosity};
 use radiosity::studies::random::{FaceShapes, LampKind, draw_scene};
 use radiosity::studies::stress::cases::shapes::{box_faces, plate_at, scene_of, unit_room};
 use radiosity_tests::solutions::dense_truth_on;
@@ -73,6 +74,34 @@ fn traced_direct_light_equals_form_factor() {
         let others = (0..6).filter(|k| *k != wall);
         assert!(others.into_iter().all(|k| traced.reflected.values[k] == DVec3::ZERO));
     }
+}
+
+/// 100 lamps over a floor, of which a few light each point: a path asks one of them whether it is seen.
+#[test]
+fn traced_light_of_many_lamps_equals_sum_of_form_factors() {
+    let mut faces = vec![plate_at([0.5, 0.5, 0.0], [1.0; 2], 0.8)];
+    for k in 0..100 {
+        let [x, y] = [k % 10, k / 10].map(|i| 0.05 + 0.1 * f64::from(i));
+        let mut lamp = plate_at([x, y, 0.02], [0.02; 2], 0.0).reversed();
+        lamp.emission = Vec3::new(1.0, 1.0 + (k % 3) as f32, (k % 2) as f32);
+        faces.push(lamp);
+    }
+    let scene = scene_of(faces);
+    // Lamps of one plane hide nothing of each other's light.
+    let exact = reflected_direct(&scene, 3, &(0..0));
+    let traced = trace_radiosity(&scene, &uniform_mesh(&scene, 3), 4000, 6);
+    let mut noise = 0.0f64;
+    for (k, exact) in exact.iter().take(9).enumerate() {
+        for (found, error, exact) in (0..3).map(|c| (traced.reflected.values[k][c], traced.error[k][c], exact[c])) {
+            assert!(
+                exact > 0.0 && (found - exact).abs() < SIGMAS * error,
+                "{found} ± {error} instead of {exact}"
+            );
+        }
+        noise = noise.max(traced.error[k].x / exact.x);
+    }
+    // One candidate a vertex leaves 0.94 %, sixteen 0.59.
+    assert!(noise < 0.0075, "{noise}");
 }
 
 /// A furnace with a box on its floor and a floating sheet: B = E/(1 − ρ) on all lit texels. Under the box, and on its
@@ -173,6 +202,42 @@ fn dense_solver_agrees_with_paths_on_random_triangles() {
         println!("{drawn}");
         assert_dense_solver_agrees(&drawn.scene, 2, 6000, 0.05);
     }
+}
+
+/// With as many paths as are predicted, the error of an answer that is 1 % off scatters by the noise that was requested.
+#[test]
+fn predicted_paths_leave_requested_noise() {
+    const TEXELS: usize = 1000;
+    const SAMPLES: usize = 200;
+    const OFF: f64 = 0.01;
+    const NOISE: f64 = 0.002;
+    let areas: Vec<f64> = (0..TEXELS).map(|k| 1.0 + (k % 5) as f64).collect();
+    let exact: Vec<DVec3> = (0..TEXELS).map(|k| DVec3::splat(1.0 + (k % 7) as f64)).collect();
+    let first: Vec<DVec3> = (0..TEXELS).map(|k| DVec3::splat(0.1 + 0.2 * (k % 3) as f64)).collect();
+    let growth = path_growth_for_noise(&areas, &exact, &first, OFF, NOISE);
+    assert!(growth > 2.0, "{growth}");
+    let error: Vec<DVec3> = first.iter().map(|error| error / growth.sqrt()).collect();
+    let answer: Vec<DVec3> = exact.iter().map(|light| light * (1.0 + OFF)).collect();
+    let mut source = Xoshiro256PlusPlus::seed_from_u64(4);
+    let mut judge = || {
+        // The sum of twelve uniform numbers has variance 1.
+        let mut noise = || (0..12).map(|_| source.random::<f64>()).sum::<f64>() - 6.0;
+        let traced: Vec<DVec3> = exact
+            .iter()
+            .zip(&error)
+            .map(|(light, error)| light + error * noise())
+            .collect();
+        debiased_rms((&areas, &[1.0; TEXELS]), &answer, &traced, &error)
+    };
+    let judged: Vec<f64> = (0..SAMPLES).map(|_| judge()[0]).collect();
+    let mean = judged.iter().sum::<f64>() / SAMPLES as f64;
+    let scatter = (judged.iter().map(|error| (error - mean).powi(2)).sum::<f64>() / SAMPLES as f64).sqrt();
+    let known = 1.0 / (2.0 * SAMPLES as f64).sqrt();
+    assert!(
+        (scatter / NOISE - 1.0).abs() < SIGMAS * known,
+        "{scatter} instead of {NOISE}"
+    );
+    assert!((mean - OFF).abs() < SIGMAS * NOISE / (SAMPLES as f64).sqrt(), "{mean}");
 }
 
 /// The error of a random sample of texels, judged by an exact truth, scatters by the noise that is told.

@@ -71,7 +71,7 @@ impl RayTriangle {
 }
 
 /// Returns the triangles of a face; a quad has two.
-fn face_triangles((face, of): (usize, &Face)) -> impl Iterator<Item = RayTriangle> {
+pub fn face_triangles((face, of): (usize, &Face)) -> impl Iterator<Item = RayTriangle> {
     let [a, b, c, d] = of.corners;
     let second = (of.shape == Shape::Quad).then(|| RayTriangle::new(face, [a, c, d]));
     std::iter::once(RayTriangle::new(face, [a, b, c])).chain(second)

@@ -5,10 +5,11 @@
 //! B − E = ρH,  H(x) = ∫ (E + ρH)(y) G(x, y) dy,  G = cosθx cosθy V / (π |x − y|²)
 //! ```
 //! It shares neither form factors nor rays with the solvers, and does not assume constant radiosity over a texel:
-//! its only error is noise, which it estimates. At each vertex of a path it samples a point y of the lamps by power
+//! its only error is noise, which it estimates. At each vertex of a path it draws n points y of the lamps by power
 //! (density p) and a direction by the cosine (density G), and combines both by multiple importance sampling with
-//! the balance heuristic p/(p + G), G/(p + G) (Veach & Guibas 1995), so that no sample contributes more than E,
-//! however near a lamp is. Backs are black and opaque.
+//! the balance heuristic np/(np + G), G/(np + G) (Veach & Guibas 1995), so that no point contributes more than E,
+//! however near a lamp is. One of the n points, drawn by what it would contribute if it were seen, decides for all of
+//! them whether they are seen (Talbot 2005): of many lamps those that matter are asked. Backs are black and opaque.
 //!
 //! The paths of a texel form [`PATH_SETS`] independent sets, each drawn from an Owen-scrambled Sobol sequence (Burley
 //! 2020); the standard error is that of the mean of the sets.
@@ -21,7 +22,7 @@ use crate::diff::reflected::ReflectedField;
 use common::mesh::Mesh;
 use common::scene::Scene;
 use common::texel::{texel_count, texel_outline};
-use geometry::{LampSampler, RayTriangle, SceneGeometry, SurfacePoint};
+use geometry::{LampSampler, RayTriangle, SceneGeometry, SurfacePoint, face_triangles};
 use glam::{DVec2, DVec3};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
@@ -32,9 +33,15 @@ use std::f64::consts::TAU;
 pub const PATH_SETS: u32 = 16;
 /// Inverse share of the pilot paths, from which the distribution of the other paths follows.
 const PILOT_FRACTION: u32 = 8;
+/// Largest number of paths that find what irradiance to expect at a face.
+const MAX_FACE_PATHS: u32 = 256;
 /// Dimensions of a path that use the Sobol sequence: the point, and lamps and directions of two bounces. Later bounces
 /// carry too little light to matter.
-const SOBOL_DIMENSIONS: u32 = 16;
+const SOBOL_DIMENSIONS: u32 = 17;
+/// Number of points of lamps of which each vertex of a path draws one.
+const LAMP_CANDIDATES: u32 = 16;
+/// Step of the points of the candidates on their lamps: the R2 sequence (Roberts 2018).
+const R2_STEP: DVec2 = DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3);
 /// Number of directions that decide whether a point lies inside a body; most points outside need one.
 const PROBE_DIRECTIONS: u32 = 32;
 
@@ -46,8 +53,8 @@ pub struct TracedRadiosity<'a> {
     pub error: Vec<DVec3>,
 }
 
-/// Traces `paths` paths per texel on average; equal seeds give equal bits. An eighth of them are pilot paths, which
-/// determine the distribution of the others and do not enter the result, so that it stays unbiased.
+/// Traces `paths` paths per texel on average; equal seeds give equal bits. An eighth of them find what irradiance to expect,
+/// another eighth determine the distribution of the others; neither enters the result, so that it stays unbiased.
 pub fn trace_radiosity<'a>(scene: &'a Scene, mesh: &Mesh, paths: u32, seed: u64) -> TracedRadiosity<'a> {
     trace_weighted_texels(scene, mesh, |_, texel| texel.area(), paths, seed)
 }
@@ -71,15 +78,20 @@ fn trace_weighted_texels<'a>(
         .map(|(rank, (face, k))| (rank, TracedTexel::new(scene, resolutions[face], face, k)))
         .filter(|(rank, texel)| area_of(*rank, texel) > 0.0)
         .unzip();
-    let tracer = Tracer {
+    let mut tracer = Tracer {
         scene,
         geometry: SceneGeometry::new(scene),
         lamps: LampSampler::new(scene),
         probe_directions: probe_directions(),
+        expected: vec![DVec3::ZERO; scene.faces.len()],
     };
-    let pilot_paths = paths.div_ceil(PILOT_FRACTION * PATH_SETS).max(1);
     // Seeds are spread by SplitMix64.
     let seeds = |k: usize| Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_add(k as u64));
+    let face_paths = f64::from(paths) * texels.len() as f64 / (f64::from(PILOT_FRACTION) * scene.faces.len() as f64);
+    let face_seeds = |face: usize| seeds(2 * texels.len() + face);
+    let expect = |face| tracer.expect_irradiance(&mut face_seeds(face), face, face_paths as u32);
+    tracer.expected = (0..scene.faces.len()).into_par_iter().map(expect).collect();
+    let pilot_paths = paths.div_ceil(PILOT_FRACTION * PATH_SETS).max(1);
     let needs = texels.par_iter().enumerate().map(|(k, texel)| {
         let (_, error) = tracer.estimate_texel(&mut seeds(k), texel, pilot_paths);
         // Σ A²s⁴ with s² = v/n is minimal for n proportional to (A v)^⅔.
@@ -161,6 +173,28 @@ pub fn debiased_rms((areas, probabilities): (&[f64], &[f64]), a: &[DVec3], b: &[
     })
 }
 
+/// Returns how many times as many paths as left these standard errors leave a standard error of `noise` in [`debiased_rms`]
+/// of an answer that is off by `rms` of the truth everywhere.
+///
+/// ```text
+/// (2 rms noise ΣA b²)² = ΣA²(4 rms² b² s²/f + 2(1 + 1/(n − 1)) s⁴/f²)
+/// ```
+pub fn path_growth_for_noise(areas: &[f64], b: &[DVec3], error: &[DVec3], rms: f64, noise: f64) -> f64 {
+    let variance_factor = 2.0 * (1.0 + 1.0 / f64::from(PATH_SETS - 1));
+    let channel = |c: usize| {
+        let (mut light, mut linear, mut square) = (0.0, 0.0, 0.0);
+        for ((area, b), error) in areas.iter().zip(b).zip(error) {
+            let [truth, noise] = [b[c] * b[c], error[c] * error[c]];
+            light += area * (truth - noise).max(0.0);
+            linear += area * area * 4.0 * rms * rms * truth * noise;
+            square += area * area * variance_factor * noise * noise;
+        }
+        let wanted = (2.0 * rms * noise * light).powi(2).max(f64::MIN_POSITIVE);
+        (linear + (linear * linear + 4.0 * square * wanted).sqrt()) / (2.0 * wanted)
+    };
+    (0..3).map(channel).fold(0.0, f64::max)
+}
+
 /// A texel, as two triangles.
 struct TracedTexel {
     face: usize,
@@ -184,9 +218,34 @@ struct Tracer<'a> {
     geometry: SceneGeometry,
     lamps: LampSampler,
     probe_directions: Vec<DVec3>,
+    /// Irradiance that paths which end are taken to have missed, by face.
+    expected: Vec<DVec3>,
 }
 
 impl Tracer<'_> {
+    /// Returns the mean irradiance of a face from a few paths, reduced by its noise.
+    fn expect_irradiance(&self, seeds: &mut Xoshiro256PlusPlus, face: usize, paths: u32) -> DVec3 {
+        let (mut sum, mut squares) = (DVec3::ZERO, 0.0);
+        let triangles: Vec<RayTriangle> = face_triangles((face, &self.scene.faces[face])).collect();
+        let seed = seeds.random();
+        for path in 0..paths.min(MAX_FACE_PATHS) {
+            let mut source = PathSampler::new(path, seed, seeds);
+            let at = sample_triangles(&triangles, face, &mut source);
+            let found = self.trace_path(&mut source, at);
+            sum += found;
+            squares += found.length_squared();
+        }
+        let n = f64::from(paths.clamp(1, MAX_FACE_PATHS));
+        let mean = sum / n;
+        let variance = (squares / n - mean.length_squared()).max(0.0) / (n - 1.0).max(f64::MIN_POSITIVE);
+        let light = mean.length_squared();
+        if light > 0.0 {
+            mean * (light / (light + variance))
+        } else {
+            DVec3::ZERO
+        }
+    }
+
     /// Returns mean and standard error of the sets, with `paths` paths in each.
     fn estimate_texel(
         &self,
@@ -194,24 +253,16 @@ impl Tracer<'_> {
         TracedTexel { face, halves }: &TracedTexel,
         paths: u32,
     ) -> (DVec3, DVec3) {
-        let face = *face;
-        let areas = halves.map(|half| half.area());
         let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
         for _ in 0..PATH_SETS {
             let seed = seeds.random();
             let mut set = DVec3::ZERO;
             for k in 0..paths {
-                let mut source = PathSampler {
-                    path: k,
-                    seed,
-                    used: 0,
-                    generator: seeds,
-                };
-                let first = source.next_number() * (areas[0] + areas[1]) < areas[0];
-                let at = halves[usize::from(!first)].point_at(source.next_pair());
-                let at = SurfacePoint { face, position: at };
+                let mut source = PathSampler::new(k, seed, seeds);
+                let at = sample_triangles(halves, *face, &mut source);
                 if !self.geometry.is_within(&at, &self.probe_directions) {
-                    set += self.trace_path(&mut source, at);
+                    let [reflectance, _] = self.reflectance_and_emission(&at);
+                    set += reflectance * self.trace_path(&mut source, at);
                 }
             }
             set /= f64::from(paths);
@@ -224,41 +275,58 @@ impl Tracer<'_> {
         (mean, variance.map(f64::sqrt))
     }
 
-    /// Returns the estimate of ρH at a point from one path.
+    /// Returns the estimate of H at a point from one path.
     fn trace_path(&self, source: &mut PathSampler<'_>, mut at: SurfacePoint) -> DVec3 {
-        let mut radiosity = DVec3::ZERO;
-        let [mut weight, _] = self.reflectance_and_emission(&at);
+        let (mut irradiance, mut weight) = (DVec3::ZERO, DVec3::ONE);
         loop {
-            radiosity += weight * self.sample_lamps(source, &at);
+            irradiance += weight * self.sample_lamps(source, &at);
             let along = self.sample_direction(source, at.face);
             let (Some(next), _) = self.geometry.trace_ray(&at, along) else {
-                return radiosity;
+                return irradiance;
             };
             let [reflectance, emission] = self.reflectance_and_emission(&next);
             let g = self.geometry.geometry_kernel(&at, &next);
-            radiosity += weight * emission * balance_heuristic(g, self.lamp_density(next.face));
-            // Russian roulette: the path survives with the probability of the reflectance.
+            irradiance += weight * emission * balance_heuristic(g, self.candidate_density(next.face));
+            let expected = self.expected[next.face];
+            irradiance += weight * reflectance * expected;
+            // Russian roulette: the path survives with the probability of the reflectance, and then finds by how much the
+            // irradiance differs from what was expected.
             let survival = reflectance.max_element();
             if source.next_number() >= survival {
-                return radiosity;
+                return irradiance;
             }
             weight *= reflectance / survival;
+            irradiance -= weight * expected;
             at = next;
         }
     }
 
-    /// Returns the direct light of a sampled point of a lamp.
+    /// Returns the direct light of one of several points of lamps, drawn by what they would contribute if they were seen.
     fn sample_lamps(&self, source: &mut PathSampler<'_>, at: &SurfacePoint) -> DVec3 {
-        let Some(lamp) = self.lamps.sample_point(source.next_number(), source.next_pair()) else {
-            return DVec3::ZERO;
+        let (which, shift) = (source.next_number(), source.next_pair());
+        let mut chosen = source.next_number();
+        let candidate = |k: u32| {
+            let which = (f64::from(k) + which) / f64::from(LAMP_CANDIDATES);
+            let point = (shift + R2_STEP * f64::from(k)).fract();
+            let lamp = self.lamps.sample_point(which, point)?;
+            let g = self.geometry.geometry_kernel(at, &lamp);
+            let [_, emission] = self.reflectance_and_emission(&lamp);
+            Some((emission * g / (g + self.candidate_density(lamp.face)), lamp))
         };
-        let g = self.geometry.geometry_kernel(at, &lamp);
-        if g <= 0.0 || self.geometry.is_occluded(at, &lamp) {
-            return DVec3::ZERO;
+        let candidates: [_; LAMP_CANDIDATES as usize] = std::array::from_fn(|k| candidate(k as u32));
+        let sum: f64 = candidates.iter().flatten().map(|(light, _)| light.element_sum()).sum();
+        chosen *= sum;
+        for (light, lamp) in candidates.into_iter().flatten() {
+            let share = light.element_sum();
+            if chosen >= share {
+                chosen -= share;
+            } else if !self.geometry.is_occluded(at, &lamp) {
+                return light * (sum / share);
+            } else {
+                return DVec3::ZERO;
+            }
         }
-        let [_, emission] = self.reflectance_and_emission(&lamp);
-        let density = self.lamp_density(lamp.face);
-        emission * g / density * balance_heuristic(density, g)
+        DVec3::ZERO
     }
 
     /// Samples a direction from a face with a density proportional to the cosine (Malley's method).
@@ -277,10 +345,25 @@ impl Tracer<'_> {
             .map(|v| v.as_dvec3())
     }
 
-    /// Returns the density per area with which lamp sampling draws a point of a face, by the face's mean emission.
-    fn lamp_density(&self, face: usize) -> f64 {
+    /// Returns the number of candidates per area at a point of a face, by the face's mean emission.
+    fn candidate_density(&self, face: usize) -> f64 {
         let mean = self.scene.faces[face].emission.as_dvec3();
-        self.lamps.area_density(mean)
+        f64::from(LAMP_CANDIDATES) * self.lamps.area_density(mean)
+    }
+}
+
+/// Samples a point of the one or two triangles of a face or texel.
+fn sample_triangles(triangles: &[RayTriangle], face: usize, source: &mut PathSampler<'_>) -> SurfacePoint {
+    let areas: f64 = triangles.iter().map(RayTriangle::area).sum();
+    let first = source.next_number() * areas < triangles[0].area();
+    let triangle = if first {
+        &triangles[0]
+    } else {
+        &triangles[triangles.len() - 1]
+    };
+    SurfacePoint {
+        face,
+        position: triangle.point_at(source.next_pair()),
     }
 }
 
@@ -315,7 +398,16 @@ struct PathSampler<'a> {
     generator: &'a mut Xoshiro256PlusPlus,
 }
 
-impl PathSampler<'_> {
+impl<'a> PathSampler<'a> {
+    fn new(path: u32, seed: u32, generator: &'a mut Xoshiro256PlusPlus) -> Self {
+        Self {
+            path,
+            seed,
+            used: 0,
+            generator,
+        }
+    }
+
     fn next_number(&mut self) -> f64 {
         if self.used >= SOBOL_DIMENSIONS {
             return self.generator.random();

@@ -10,7 +10,7 @@ use crate::studies::random::{FaceShapes, draw_scene};
 use common::Result;
 use common::mesh::Mesh;
 use common::scene::Scene;
-use oracle::path_tracer::{trace_radiosity, trace_sample};
+use oracle::path_tracer::{PATH_SETS, path_growth_for_noise, trace_radiosity, trace_sample};
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solver::DEFAULT_ERROR;
 use rand::rngs::Xoshiro256PlusPlus;
@@ -21,8 +21,14 @@ pub const COMMAND_NAME: &str = "random";
 /// Paths of a truth, shared by all texels: about four seconds on two cores, and 0.2 to 0.5 % of noise
 /// in an error.
 const TRUTH_PATHS: u32 = 1 << 22;
-/// Bounces of a mesh's truth, shared by the texels of its sample: about a minute on two cores.
-const TRUTH_BOUNCES: u32 = 1 << 24;
+/// Largest number of bounces of a mesh's truth, shared by the texels of its sample: about ten minutes on two cores.
+const MAX_TRUTH_BOUNCES: u32 = 1 << 27;
+/// Inverse share of the bounces that show how many the truth needs.
+const FIRST_FRACTION: u32 = 128;
+/// Standard error that paths leave in the error of an answer as far off as requested, as a share of that error.
+const TRUTH_NOISE: f64 = 0.15;
+/// Growth of the number of paths beyond the predicted one, so that the next ones are the last as a rule.
+const TRUTH_MARGIN: f64 = 1.2;
 /// Paths that show where a mesh is lit, shared by all its texels.
 const PILOT_PATHS: u32 = 1 << 18;
 /// Mean number of texels of a mesh's sample.
@@ -64,8 +70,8 @@ pub struct RandomRequest {
     pub texels: u32,
     /// Requested error.
     pub error: f64,
-    /// Bounces of the paths of a mesh's truth.
-    pub bounces: u32,
+    /// Largest number of bounces of the paths of a mesh's truth.
+    pub max_bounces: u32,
 }
 
 impl Default for RandomRequest {
@@ -74,7 +80,7 @@ impl Default for RandomRequest {
             scenes: DrawnScenes::Rooms(FaceShapes::default()),
             texels: 8,
             error: DEFAULT_ERROR,
-            bounces: TRUTH_BOUNCES,
+            max_bounces: MAX_TRUTH_BOUNCES,
         }
     }
 }
@@ -107,7 +113,7 @@ impl RandomRequest {
                 let side = (MESH_TEXELS / drawn.scene.faces.len()).isqrt() as u32;
                 Trial {
                     description,
-                    ..sample_mesh(drawn.scene, side.clamp(1, self.texels), self.bounces)?
+                    ..self.sample_mesh(drawn.scene, side.clamp(1, self.texels))?
                 }
             }
         };
@@ -116,44 +122,57 @@ impl RandomRequest {
             ..trial
         })
     }
-}
 
-/// Makes the trial of a mesh: the truth is traced at a sample of its texels, drawn in proportion to their area and light
-/// as a few paths show it. Each stands for its area over the probability with which it was drawn.
-fn sample_mesh(scene: Scene, texels: u32, bounces: u32) -> Result<Trial> {
-    let mesh = Mesh::uniform(&scene, texels, 1)?;
-    let order = mesh.texels_in_face_order();
-    let areas: Vec<f64> = order.iter().map(|k| f64::from(mesh.texels[*k].area)).collect();
-    let pilot = (PILOT_PATHS / mesh.texels.len() as u32).max(1);
-    let pilot = trace_radiosity(&scene, &mesh, pilot, 1).reflected.values;
-    let squares: Vec<f64> = pilot.iter().map(|light| light.length_squared()).collect();
-    let light: f64 = areas.iter().zip(&squares).map(|(area, square)| area * square).sum();
-    let mean = light / areas.iter().sum::<f64>();
-    let mut source = Xoshiro256PlusPlus::seed_from_u64(0);
-    let probabilities: Vec<f64> = (areas.iter().zip(&squares))
-        .map(|(area, square)| {
-            let share = 0.5 * area * (square + mean) / light.max(f64::MIN_POSITIVE);
-            (SAMPLE_SIZE * share).min(1.0)
+    /// Makes the trial of a mesh: the truth is traced at a sample of its texels, drawn in proportion to their area and light
+    /// as a few paths show it. Each stands for its area over the probability with which it was drawn. First paths show how
+    /// many the truth needs.
+    fn sample_mesh(&self, scene: Scene, texels: u32) -> Result<Trial> {
+        let mesh = Mesh::uniform(&scene, texels, 1)?;
+        let order = mesh.texels_in_face_order();
+        let areas: Vec<f64> = order.iter().map(|k| f64::from(mesh.texels[*k].area)).collect();
+        let pilot = (PILOT_PATHS / mesh.texels.len() as u32).max(1);
+        let pilot = trace_radiosity(&scene, &mesh, pilot, 1).reflected.values;
+        let squares: Vec<f64> = pilot.iter().map(|light| light.length_squared()).collect();
+        let light: f64 = areas.iter().zip(&squares).map(|(area, square)| area * square).sum();
+        let mean = light / areas.iter().sum::<f64>();
+        let mut source = Xoshiro256PlusPlus::seed_from_u64(0);
+        let probabilities: Vec<f64> = (areas.iter().zip(&squares))
+            .map(|(area, square)| {
+                let share = 0.5 * area * (square + mean) / light.max(f64::MIN_POSITIVE);
+                (SAMPLE_SIZE * share).min(1.0)
+            })
+            .collect();
+        let sampled: Vec<f64> = (areas.iter().zip(&probabilities))
+            .map(|(area, probability)| match source.random_bool(*probability) {
+                true => area / probability,
+                false => 0.0,
+            })
+            .collect();
+        // Between faces of a reflectance ρ a path has 1/(1 − ρ) bounces.
+        let absorbed = |(k, area): (&usize, &f64)| area * f64::from(1.0 - mesh.texels[*k].reflectance.max_element());
+        let absorbed = order.iter().zip(&areas).map(absorbed).sum::<f64>() / areas.iter().sum::<f64>();
+        let count = sampled.iter().filter(|area| **area > 0.0).count().max(1);
+        let min_paths = f64::from(PATH_SETS);
+        let max_paths = (f64::from(self.max_bounces) * absorbed / count as f64).max(min_paths);
+        let mut paths = (max_paths / f64::from(FIRST_FRACTION)).max(min_paths);
+        let mut seed = 0;
+        let traced = loop {
+            let traced = trace_sample(&scene, &mesh, &sampled, paths as u32, seed);
+            let light = &traced.reflected.values;
+            let growth = path_growth_for_noise(&sampled, light, &traced.error, self.error, TRUTH_NOISE * self.error);
+            if growth <= 1.0 || paths >= max_paths {
+                break traced;
+            }
+            paths = (paths * growth * TRUTH_MARGIN).min(max_paths);
+            seed += 1;
+        };
+        let truth = TrialTruth::Traced(traced.reflected.values, traced.error);
+        Ok(Trial {
+            sample: Some(TexelSample {
+                areas: sampled,
+                probabilities,
+            }),
+            ..Trial::new(scene, texels, truth)
         })
-        .collect();
-    let sampled: Vec<f64> = (areas.iter().zip(&probabilities))
-        .map(|(area, probability)| match source.random_bool(*probability) {
-            true => area / probability,
-            false => 0.0,
-        })
-        .collect();
-    // Between faces of a reflectance ρ a path has 1/(1 − ρ) bounces.
-    let absorbed = |(k, area): (&usize, &f64)| area * f64::from(1.0 - mesh.texels[*k].reflectance.max_element());
-    let absorbed = order.iter().zip(&areas).map(absorbed).sum::<f64>() / areas.iter().sum::<f64>();
-    let count = sampled.iter().filter(|area| **area > 0.0).count().max(1);
-    let paths = f64::from(bounces) * absorbed / count as f64;
-    let traced = trace_sample(&scene, &mesh, &sampled, paths as u32, 0);
-    let truth = TrialTruth::Traced(traced.reflected.values, traced.error);
-    Ok(Trial {
-        sample: Some(TexelSample {
-            areas: sampled,
-            probabilities,
-        }),
-        ..Trial::new(scene, texels, truth)
-    })
+    }
 }
