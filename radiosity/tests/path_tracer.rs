@@ -141,6 +141,29 @@ fn box_in_corner_blocks_light_of_walls_behind_it() {
     assert!((0..4).all(|k| texel(6, k) == DVec3::ZERO));
 }
 
+/// A closed room of two-sided walls: the back of its lamp is all that is no front, and the ceiling is lit.
+#[test]
+fn two_sided_walls_are_lit_as_one_sided_ones() {
+    let mut faces = unit_room(0.7);
+    let mut lamp = plate_at([0.5, 0.5, 0.9], [0.3; 2], 0.0).reversed();
+    lamp.emission = Vec3::ONE;
+    faces.push(lamp);
+    let thin = scene_of(faces.clone());
+    faces.extend(unit_room(0.7).iter().map(Face::reversed));
+    let walled = scene_of(faces);
+    let [thin, walled] = [thin, walled].map(|scene| {
+        let traced = trace_radiosity(&scene, &uniform_mesh(&scene, 1), 8000, 9);
+        [0, 1].map(|k| (traced.reflected.values[k].x, traced.error[k].x))
+    });
+    for ((expected, error), (found, own)) in thin.into_iter().zip(walled) {
+        let off = (found - expected) / error.hypot(own);
+        assert!(
+            expected > 0.0 && off.abs() < SIGMAS,
+            "{found} instead of {expected}: {off:.1} standard errors"
+        );
+    }
+}
+
 #[test]
 fn same_seed_gives_same_result() {
     let scene = draw_scene(1, FaceShapes::Quads).scene;

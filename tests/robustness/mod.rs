@@ -6,5 +6,6 @@ mod refused;
 mod scales;
 mod sky;
 mod stability;
+mod two_sided;
 mod units;
 mod warnings;

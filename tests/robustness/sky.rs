@@ -23,11 +23,12 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Requested error.
-const ERROR: f64 = 0.01;
-const TEXELS: u32 = 8;
+pub const ERROR: f64 = 0.01;
+/// Texels per side of a face.
+pub const TEXELS: u32 = 8;
 
-/// Solves a scene under a sky by every solver; asserts the energy balance.
-fn solve_by_all(scene: &Scene) -> Vec<(&'static str, Solved)> {
+/// Solves a scene by every solver; asserts the energy balance.
+pub fn solve_by_all(scene: &Scene) -> Vec<(&'static str, Solved)> {
     let target = ErrorTarget {
         error: ERROR,
         texels: Some(TEXELS),
@@ -57,7 +58,7 @@ fn solve_by_all(scene: &Scene) -> Vec<(&'static str, Solved)> {
 }
 
 /// Returns the mean irradiance of a face in the first channel.
-fn mean_irradiance(solved: &Solved, face: u32) -> f64 {
+pub fn mean_irradiance(solved: &Solved, face: u32) -> f64 {
     let texels = solved.mesh.texels.iter().zip(&solved.run.field.irradiance);
     let own = texels.filter(|(texel, _)| texel.face == face);
     let (sum, area) = own.fold((0.0, 0.0), |(sum, area), (texel, h)| {

@@ -2,7 +2,8 @@
 //!
 //! A footprint's outline consists of the lines in which faces meet the texel's plane, so a texel is cut along these, and
 //! each piece is open or covered as a whole. Covered means that none of the rays over its hemisphere meets a front first,
-//! and some meet a back, or nothing past a front that touches. Where a front and a back coincide, as where a body stands
+//! and some meet a back, or nothing past a front that touches. A piece is like its neighbour if no line lies between them:
+//! then a few rays suffice. Where a front and a back coincide, as where a body stands
 //! against a wall, a ray decides nothing. Of fronts that lie on each other the first of the file is open. A face that hangs
 //! close above the texel covers nothing: rays along the plane pass beneath it.
 
@@ -31,6 +32,10 @@ const GRAZING_SLOPE: f32 = 1e-3;
 /// Distance behind a point at which a ray along the plane crosses a face that touches the point.
 const MAX_TOUCH_DISTANCE: f32 = CONTACT_DISTANCE / GRAZING_SLOPE;
 
+/// Number of neighbouring texels that are judged in turn.
+const RUN_LENGTH: usize = 64;
+/// Stride over the directions in which rays show that a piece is like its neighbour: 66 of them, in turn others.
+const NEIGHBOUR_STRIDE: usize = 16;
 /// Stride over the directions, prime to their number and near the golden section of it.
 const DIRECTION_STRIDE: usize = 653;
 
@@ -50,29 +55,35 @@ pub struct Element {
 /// Returns the elements of all texels, in the mesh's order.
 pub fn open_elements(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) -> Vec<Element> {
     let all = ElementBuilder::new(scene, mesh, occluders, rays);
-    mesh.texels.par_iter().map(|texel| all.open_element(texel)).collect()
+    all.filter_texels(|_, texel, judged| Some(all.open_element(texel, judged)))
 }
 
 /// Returns the open share of each texel; 1 for a wholly covered texel, whose share has no effect.
 pub fn nonzero_open_shares(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) -> Vec<f64> {
     let all = ElementBuilder::new(scene, mesh, occluders, rays);
-    let share = |texel: &Texel| match all.cut_element(texel) {
-        Some(element) if element.open > 0.0 => element.open,
-        _ => 1.0,
-    };
-    mesh.texels.par_iter().map(share).collect()
+    all.filter_texels(|_, texel, judged| match all.cut_element(texel, judged) {
+        Some(element) if element.open > 0.0 => Some(element.open),
+        _ => Some(1.0),
+    })
 }
 
 /// Returns the texels that bodies cover partly or wholly.
 pub fn covered_elements(scene: &Scene, mesh: &Mesh, occluders: &Occluders, rays: &Rays) -> Vec<(u32, Element)> {
     let all = ElementBuilder::new(scene, mesh, occluders, rays);
-    let stands = |texel: &Texel| !all.covers[texel.face as usize].lines.is_empty();
-    (0..mesh.texels.len() as u32)
-        .into_par_iter()
-        .filter(|k| stands(&mesh.texels[*k as usize]))
-        .map(|k| (k, all.open_element(&mesh.texels[k as usize])))
-        .filter(|(_, element)| element.open < 1.0)
-        .collect()
+    all.filter_texels(|k, texel, judged| {
+        let stands = !all.covers[texel.face as usize].lines.is_empty();
+        let element = stands.then(|| all.open_element(texel, judged));
+        Some((k, element.filter(|element| element.open < 1.0)?))
+    })
+}
+
+/// A piece that rays in all directions have judged: none of them met a front first.
+struct JudgedPiece {
+    face: u32,
+    centre: DVec3,
+    covered: bool,
+    /// Number of pieces that were judged like it.
+    followers: usize,
 }
 
 /// Makes elements.
@@ -101,6 +112,22 @@ impl<'a> ElementBuilder<'a> {
         }
     }
 
+    /// Returns what `find` finds at the texels, in their order. It keeps the last piece that rays in all directions have
+    /// judged.
+    fn filter_texels<T: Send>(
+        &self,
+        find: impl Fn(u32, &Texel, &mut Option<JudgedPiece>) -> Option<T> + Sync,
+    ) -> Vec<T> {
+        let find = &find;
+        let runs = self.mesh.texels.par_chunks(RUN_LENGTH).enumerate();
+        let found = runs.flat_map_iter(|(run, texels)| {
+            let mut judged = None;
+            let numbered = ((run * RUN_LENGTH) as u32..).zip(texels);
+            numbered.filter_map(move |(k, texel)| find(k, texel, &mut judged))
+        });
+        found.collect()
+    }
+
     fn whole_piece(&self, texel: &Texel) -> SurfacePiece {
         let (face, own) = (&self.scene.faces[texel.face as usize], texel.face as usize);
         let outline = texel::texel_outline(face, self.mesh.faces[own].resolution, texel.index);
@@ -109,7 +136,7 @@ impl<'a> ElementBuilder<'a> {
         SurfacePiece::new(ConvexPolygon::new(&corners), self.occluders.faces[own].plane)
     }
 
-    fn open_element(&self, texel: &Texel) -> Element {
+    fn open_element(&self, texel: &Texel, judged: &mut Option<JudgedPiece>) -> Element {
         let whole = self.whole_piece(texel);
         // A texel without area lies under an earlier face as a whole, or is a line.
         let mut element = Element {
@@ -120,22 +147,66 @@ impl<'a> ElementBuilder<'a> {
         };
         if element.area > 0.0 && whole.plane.normal != DVec3::ZERO {
             let cover = &self.covers[texel.face as usize];
-            let covered =
-                |piece: &SurfacePiece| cover.is_covered(self.mesh, self.occluders, self.rays, &self.directions, piece);
-            element.find_open(whole, &cover.lines, covered);
+            element.find_open(whole, &cover.lines, |piece| self.is_covered(cover, piece, judged));
         }
         element
     }
 
     /// Returns the element of a texel that a line cuts; none otherwise.
-    fn cut_element(&self, texel: &Texel) -> Option<Element> {
+    fn cut_element(&self, texel: &Texel, judged: &mut Option<JudgedPiece>) -> Option<Element> {
         let lines = &self.covers[texel.face as usize].lines;
         if lines.is_empty() {
             return None;
         }
         let whole = self.whole_piece(texel).polygon;
         let cut = lines.iter().any(|line| line.cuts(&whole));
-        cut.then(|| self.open_element(texel))
+        cut.then(|| self.open_element(texel, judged))
+    }
+
+    /// Returns true if light neither reaches nor leaves the piece.
+    fn is_covered(&self, cover: &CoveringLines, piece: &SurfacePiece, judged: &mut Option<JudgedPiece>) -> bool {
+        if cover.is_under_earlier(self.occluders, piece) {
+            return true;
+        }
+        let (face, origin) = (cover.face as u32, piece.centre.as_vec3());
+        let count_backs = |directions: &mut dyn Iterator<Item = &Vec3>| self.count_backs(face, origin, directions);
+        let is_near = |near: &JudgedPiece| {
+            let divides = |line: &CutLine| line.divides(near.centre, piece.centre);
+            near.face == face && !cover.lines.iter().any(divides)
+        };
+        if let Some(near) = judged.as_mut().filter(|near| is_near(near)) {
+            near.followers += 1;
+            let first = near.followers % NEIGHBOUR_STRIDE;
+            match count_backs(&mut self.directions.iter().skip(first).step_by(NEIGHBOUR_STRIDE)) {
+                None => return false,
+                Some(backs) if near.covered || backs == 0 => return near.covered,
+                Some(_) => (),
+            }
+        }
+        let Some(backs) = count_backs(&mut self.directions.iter()) else {
+            return false;
+        };
+        *judged = Some(JudgedPiece {
+            face,
+            centre: piece.centre,
+            covered: backs > 0,
+            followers: 0,
+        });
+        backs > 0
+    }
+
+    /// Returns how many of the rays meet a back first; none if one meets a front.
+    fn count_backs(&self, face: u32, origin: Vec3, directions: &mut dyn Iterator<Item = &Vec3>) -> Option<u32> {
+        let face = &self.mesh.faces[face as usize];
+        let mut backs = 0;
+        for direction in directions {
+            match first_met(self.rays, face.sheet, origin, face.direction_in_frame(*direction)) {
+                FirstMet::Front => return None,
+                FirstMet::Back => backs += 1,
+                FirstMet::Both => (),
+            }
+        }
+        Some(backs)
     }
 }
 
@@ -149,7 +220,7 @@ fn grazing_directions() -> impl Iterator<Item = Vec3> {
 }
 
 impl Element {
-    fn find_open(&mut self, whole: SurfacePiece, lines: &[CutLine], covered: impl Fn(&SurfacePiece) -> bool) {
+    fn find_open(&mut self, whole: SurfacePiece, lines: &[CutLine], mut covered: impl FnMut(&SurfacePiece) -> bool) {
         let lines: Vec<&CutLine> = lines.iter().filter(|line| line.cuts(&whole.polygon)).collect();
         if lines.is_empty() {
             if !covered(&whole) {
@@ -225,35 +296,14 @@ impl CoveringLines {
         cover
     }
 
-    /// Returns true if light neither reaches nor leaves the piece.
-    fn is_covered(
-        &self,
-        mesh: &Mesh,
-        occluders: &Occluders,
-        rays: &Rays,
-        directions: &[Vec3],
-        piece: &SurfacePiece,
-    ) -> bool {
-        let inside = |k: &u32| {
+    /// Returns true if the piece lies under an earlier front of its plane.
+    fn is_under_earlier(&self, occluders: &Occluders, piece: &SurfacePiece) -> bool {
+        self.earlier.iter().any(|k| {
             let face = &occluders.faces[*k as usize];
             face.polygon
                 .edges()
                 .all(|[a, b]| face.plane.normal.cross(b - a).dot(piece.centre - a) > 0.0)
-        };
-        if self.earlier.iter().any(inside) {
-            return true;
-        }
-        let face = &mesh.faces[self.face];
-        let origin = piece.centre.as_vec3();
-        let mut backs = 0;
-        for direction in directions {
-            match first_met(rays, face.sheet, origin, face.direction_in_frame(*direction)) {
-                FirstMet::Front => return false,
-                FirstMet::Back => backs += 1,
-                FirstMet::Both => (),
-            }
-        }
-        backs > 0
+        })
     }
 }
 
@@ -263,18 +313,20 @@ enum FirstMet {
     Front,
     /// A back; or nothing past a front that touches the point, which then lies under a body on the body's ground.
     Back,
-    /// A front and a back that coincide: the two sides of a sheet, or a body against a wall.
+    /// A front and a back of different sheets that coincide: the two sides of a wall, or a body against a wall.
     Both,
 }
 
 /// Returns what the ray meets first. Faces that touch its origin are skipped: one may be the other side of a thin wall,
-/// and a body has more faces behind it. A ray that meets nothing is open, as if it met a front.
+/// and a body has more faces behind it. Of a sheet's two sides the ray meets only the front. A ray that meets nothing is
+/// open, as if it met a front.
 fn first_met(rays: &Rays, sheet: u32, origin: Vec3, direction: Vec3) -> FirstMet {
     // The ray parameters of the nearest front and back, and by how much those of faces that coincide differ.
     let ([mut front, mut back], mut contact, mut touches) = ([MISS_DISTANCE; 2], 0.0, false);
     rays.visit_faces_along(origin, direction, |_, face| {
         let hit = intersect_face(face, origin, direction);
-        let passed = face.sheet == sheet || hit.inside < -OUTLINE_MARGIN || hit.t < -MAX_TOUCH_DISTANCE;
+        let behind = face.two_sided && hit.facing >= 0.0;
+        let passed = face.sheet == sheet || behind || hit.inside < -OUTLINE_MARGIN || hit.t < -MAX_TOUCH_DISTANCE;
         if !passed && (hit.t * hit.facing).abs() <= CONTACT_DISTANCE {
             touches |= hit.facing < 0.0;
         } else if !passed && hit.t >= -4.0 * CONTACT_DISTANCE {
@@ -349,6 +401,19 @@ impl CutLine {
         to.min(self.length) - from.max(0.0) > TOUCH_DISTANCE
     }
 
+    /// Returns whether the segment may pass between two points of the face.
+    fn divides(&self, a: DVec3, b: DVec3) -> bool {
+        let [h, k] = [a, b].map(|point| self.side.height_of(point));
+        if h.min(k) > TOUCH_DISTANCE || h.max(k) < -TOUCH_DISTANCE {
+            return false;
+        }
+        // Where the way between the points crosses the line, or all of it if a point touches the line.
+        let crossed = (h * k < 0.0).then(|| a + (b - a) * (h / (h - k)));
+        let [from, to] =
+            [crossed.unwrap_or(a), crossed.unwrap_or(b)].map(|point| self.direction.dot(point - self.start));
+        from.max(to) > -TOUCH_DISTANCE && from.min(to) < self.length + TOUCH_DISTANCE
+    }
+
     /// Returns the piece, or its two halves if the segment passes through its inside.
     fn cut_piece(&self, piece: &ConvexPolygon) -> Vec<ConvexPolygon> {
         if !self.cuts(piece) {
@@ -356,5 +421,88 @@ impl CutLine {
         }
         let (above, below) = piece.split_by(&self.side);
         [above, below].into_iter().filter(|half| !half.is_empty()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CutLine, ElementBuilder};
+    use crate::occlusion::occluders::Occluders;
+    use crate::occlusion::polygon::OrientedPlane;
+    use common::mesh::Mesh;
+    use common::rays::Rays;
+    use common::scene::{Face, Scene};
+    use glam::{DVec3, Vec3};
+
+    /// Returns the faces of a box, inwards or outwards.
+    fn box_faces(low: DVec3, high: DVec3, inwards: bool) -> Vec<Face> {
+        let sides = [0, 1, 2]
+            .into_iter()
+            .flat_map(|axis| [false, true].map(|top| (axis, top)));
+        let face = |(axis, top): (usize, bool)| {
+            let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+            let mut corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[i, j]| {
+                let mut corner = if top { high } else { low };
+                corner[u] = [low, high][i][u];
+                corner[v] = [low, high][j][v];
+                corner
+            });
+            if top == inwards {
+                corners.reverse();
+            }
+            Face::quad("side", corners, Vec3::ZERO, Vec3::splat(0.5))
+        };
+        sides.map(face).collect()
+    }
+
+    /// Two boxes that share a line on the floor of a room, whose walls are a sheet below and cut otherwise outside, so that no
+    /// ray to them decides: a texel that is judged after its neighbours is as open as one that is judged alone.
+    #[test]
+    fn neighbours_change_no_texel() {
+        let mut faces = box_faces(DVec3::ZERO, DVec3::splat(2.0), true);
+        faces.extend(box_faces(DVec3::ZERO, DVec3::new(2.0, 2.0, 1.0), false));
+        faces.extend(box_faces(DVec3::new(0.0, 0.0, 1.0), DVec3::splat(2.0), false));
+        let stands = |x: [f64; 2], z| box_faces(DVec3::new(x[0], 0.3, 0.0), DVec3::new(x[1], 1.1, z), false);
+        faces.extend(stands([0.27, 1.0], 0.5));
+        faces.extend(stands([1.0, 1.7], 0.7));
+        let scene = Scene {
+            faces,
+            ..Scene::default()
+        };
+        let mesh = Mesh::uniform(&scene, 24, 1).expect("a mesh");
+        let (occluders, rays) = (Occluders::new(&scene, &mesh), Rays::new(&mesh));
+        let all = ElementBuilder::new(&scene, &mesh, &occluders, &rays);
+        let in_turn = all.filter_texels(|k, texel, judged| Some((k, all.open_element(texel, judged).open)));
+        let alone = (0..)
+            .zip(&mesh.texels)
+            .map(|(k, texel)| (k, all.open_element(texel, &mut None).open));
+        let alone: Vec<(u32, f64)> = alone.collect();
+        assert_eq!(in_turn, alone);
+        let count = |holds: fn(f64) -> bool| alone.iter().filter(|(_, open)| holds(*open)).count();
+        let [covered, parts, open] = [count(|o| o == 0.0), count(|o| o > 0.0 && o < 1.0), count(|o| o == 1.0)];
+        assert!(covered > 100 && parts > 20 && open > 1000, "{covered}, {parts}, {open}");
+    }
+
+    /// A segment from (1, 0) to (3, 0) of the plane z = 0.
+    #[test]
+    fn segments_divide_points() {
+        let point = |x: f64, y: f64| DVec3::new(x, y, 0.0);
+        let plane = OrientedPlane::through_point(DVec3::ZERO, DVec3::Z);
+        let line = CutLine::new(point(1.0, 0.0), point(3.0, 0.0), &plane).expect("a line");
+        for (a, b, divided) in [
+            // Across it, beyond its end, and on one side.
+            (point(2.0, 1.0), point(2.0, -1.0), true),
+            (point(2.0, 1.0), point(5.0, -1.0), false),
+            (point(2.0, 1.0), point(2.5, 0.5), false),
+            // Along it: over all of it, up to it, and beyond it.
+            (point(0.0, 0.0), point(4.0, 0.0), true),
+            (point(0.0, 0.0), point(1.5, 0.0), true),
+            (point(4.0, 0.0), point(5.0, 0.0), false),
+            // A point that touches it.
+            (point(2.0, 0.0), point(2.0, 1.0), true),
+        ] {
+            assert_eq!(line.divides(a, b), divided, "{a} and {b}");
+            assert_eq!(line.divides(b, a), divided, "{b} and {a}");
+        }
     }
 }

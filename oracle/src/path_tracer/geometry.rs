@@ -3,6 +3,7 @@
 use super::tree::BoxTree;
 use common::scene::{Face, Scene, Shape};
 use glam::{DMat3, DVec2, DVec3};
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 /// Distance of a ray's origin in front of its face, as a share of the scene's extent. It lies inside any body that
@@ -77,11 +78,32 @@ pub fn face_triangles((face, of): (usize, &Face)) -> impl Iterator<Item = RayTri
     std::iter::once(RayTriangle::new(face, [a, b, c])).chain(second)
 }
 
+/// Returns for each face whether another with the same corners and the opposite front makes it a sheet.
+fn find_two_sided(scene: &Scene) -> Vec<bool> {
+    let key = |face: &Face| {
+        let mut corners = face.corners.map(|corner| corner.to_array().map(f64::to_bits));
+        corners.sort_unstable();
+        corners
+    };
+    let mut sides: HashMap<_, Vec<DVec3>> = HashMap::new();
+    for face in &scene.faces {
+        sides.entry(key(face)).or_default().push(face.vector_area());
+    }
+    let opposite = |face: &Face| {
+        sides[&key(face)]
+            .iter()
+            .any(|other| other.dot(face.vector_area()) < 0.0)
+    };
+    scene.faces.iter().map(opposite).collect()
+}
+
 /// Triangles of all faces with a tree of boxes.
 pub struct SceneGeometry {
     triangles: Vec<RayTriangle>,
     tree: BoxTree,
     pub normals: Vec<DVec3>,
+    /// True for faces that are one of a sheet's two sides.
+    two_sided: Vec<bool>,
     extent: f64,
 }
 
@@ -96,6 +118,7 @@ impl SceneGeometry {
             tree: BoxTree::new(&boxes, extent),
             triangles,
             normals: scene.faces.iter().map(|f| f.vector_area().normalize()).collect(),
+            two_sided: find_two_sided(scene),
             extent,
         }
     }
@@ -113,6 +136,10 @@ impl SceneGeometry {
                 return;
             };
             if !is_front {
+                // Of a sheet's two sides the ray meets only the front.
+                if self.two_sided[triangle.face] {
+                    return;
+                }
                 back = t.min(back);
             } else if front.is_none_or(|(_, other)| t < other) {
                 front = Some((triangle.face, t));

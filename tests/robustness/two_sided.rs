@@ -1,0 +1,52 @@
+//! Walls of two sides around a room are lit as walls of one side are, on every solver.
+
+use super::sky::{ERROR, TEXELS, mean_irradiance, solve_by_all};
+use common::mesh::Mesh;
+use common::scene::{Face, Scene};
+use cpu::ray_cast::solve_by_rays;
+use glam::{DVec3, Vec3};
+use radiosity_tests::{box_faces, named_scene};
+use std::ops::ControlFlow;
+
+/// A closed room whose lamp shines down and shows its back to the ceiling: of what the ceiling sees, only that back is no
+/// front.
+fn room_with_hanging_lamp() -> Scene {
+    let mut faces = box_faces(DVec3::ZERO, DVec3::splat(2.0), true, Vec3::ZERO, Vec3::splat(0.7));
+    let corner = |x: f64, y: f64| DVec3::new(x, y, 1.8);
+    let corners = [corner(0.7, 0.7), corner(0.7, 1.3), corner(1.3, 1.3), corner(1.3, 0.7)];
+    faces.push(Face::quad("lamp", corners, Vec3::splat(10.0), Vec3::ZERO));
+    named_scene("hanging lamp", faces)
+}
+
+#[test]
+fn back_of_a_lamp_darkens_no_two_sided_wall() {
+    let thin = room_with_hanging_lamp();
+    let mut walled = thin.clone();
+    walled.faces.extend(thin.faces[..6].iter().map(Face::reversed));
+    let by_rays = |scene: &Scene| {
+        let mut mesh = Mesh::uniform(scene, TEXELS, 1).unwrap();
+        let solution = solve_by_rays(scene, &mut mesh, 0.5 * ERROR as f32, &mut |_| ControlFlow::Continue(())).unwrap();
+        let of_face = |face: u32| {
+            let own: Vec<f64> = (0..mesh.texels.len())
+                .filter(|k| mesh.texels[*k].face == face)
+                .map(|k| f64::from(solution.irradiance[k].x))
+                .collect();
+            own.iter().sum::<f64>() / own.len() as f64
+        };
+        [of_face(0), of_face(1)]
+    };
+    let of_solvers = |scene: &Scene| {
+        let solved = solve_by_all(scene).into_iter();
+        solved.map(|(name, solved)| (name, [0, 1].map(|face| mean_irradiance(&solved, face))))
+    };
+    let found = |scene: &Scene| of_solvers(scene).chain([("rays", by_rays(scene))]).collect::<Vec<_>>();
+    for ((name, expected), (_, found)) in found(&thin).into_iter().zip(found(&walled)) {
+        // Floor and ceiling; each answer is within the requested error of the light.
+        let [floor, ceiling] = expected;
+        assert!(ceiling > 0.3 * floor, "{name}: {expected:?}");
+        for (found, expected) in found.iter().zip(expected) {
+            let off = (found - expected).abs() / floor;
+            assert!(off < 2.0 * ERROR, "{name}: {found} instead of {expected}");
+        }
+    }
+}
