@@ -107,8 +107,7 @@ pub fn solve_request(request: &SolveRequest, progress: &ProgressMonitor) -> Resu
     if let Some(dark) = task.explain_darkness(&solved) {
         estimate = None;
         notes.push(dark);
-    }
-    if let (Some(target), Some(history)) = (solver.error_target(), &solved.history) {
+    } else if let (Some(target), Some(history)) = (solver.error_target(), &solved.history) {
         notes.extend(history.describe_unmet_target(target.error, estimate.as_ref()));
         let worst = estimate
             .as_ref()

@@ -11,12 +11,18 @@ use rayon::prelude::*;
 const MAX_FACE_PAIRS: usize = 1 << 28;
 
 /// Returns a note with the reason if everything is dark.
-pub fn explain_darkness(mesh: &Mesh, run: &SolveRun) -> Option<String> {
+pub fn explain_darkness(scene: &Scene, mesh: &Mesh, run: &SolveRun) -> Option<String> {
     let shines = |t: &Texel| t.source_radiosity(1.0) + t.sky != Vec3::ZERO && t.area > 0.0;
     if !mesh.texels.iter().any(shines) {
-        return Some(
-            "no face emits light, and none comes from outside: everything is dark; give a material Ke (OBJ) or emissiveFactor (glTF)".into(),
-        );
+        let cure = match scene.sky {
+            Some(_) => {
+                "if the faces are inside out, --two-sided makes a front of each back; a closed room needs --lamp X,Y,Z,W"
+            }
+            None => "give a material Ke (OBJ) or emissiveFactor (glTF)",
+        };
+        return Some(format!(
+            "no face emits light, and none comes from outside: everything is dark; {cure}"
+        ));
     }
     let irradiance = || run.field.irradiance.iter();
     let lit = irradiance().any(|h| h.truncate() != Vec3::ZERO);

@@ -86,7 +86,7 @@ impl SolveTask for Scene {
     }
 
     fn explain_darkness(&self, solved: &Solved) -> Option<String> {
-        explain_darkness(&solved.mesh, &solved.run)
+        explain_darkness(self, &solved.mesh, &solved.run)
     }
 }
 

@@ -77,7 +77,9 @@ fn sky_and_sun_light_a_floor() {
     );
     // A closed room sees nothing of it.
     let end = folder.succeed("solve dark.obj --sky 2 --texels 2 --solver cpu");
-    assert!(end.stderr.contains("none comes from outside"), "{end}");
+    let told = ["none comes from outside", "--two-sided", "--lamp X,Y,Z,W"];
+    assert!(told.iter().all(|part| end.stderr.contains(part)), "{end}");
+    assert!(!end.stderr.contains("was requested"), "{end}");
 }
 
 #[test]
