@@ -59,7 +59,7 @@ fn fixed_random_meshes_keep_the_requested_error() {
     let request = RandomRequest {
         scenes: DrawnScenes::Meshes,
         error: 0.05,
-        bounces: FEW_BOUNCES,
+        max_bounces: FEW_BOUNCES,
         ..RandomRequest::default()
     };
     for seed in MESH_SEEDS {
