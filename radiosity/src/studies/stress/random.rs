@@ -123,7 +123,7 @@ impl RandomRequest {
         })
     }
 
-    /// Makes the trial of a mesh: the truth is traced at a sample of its texels, drawn in proportion to their area and light
+    /// Makes the trial of a mesh: the truth is traced at a sample of its texels, drawn by light, area and number alike
     /// as a few paths show it. Each stands for its area over the probability with which it was drawn. First paths show how
     /// many the truth needs.
     fn sample_mesh(&self, scene: Scene, texels: u32) -> Result<Trial> {
@@ -134,12 +134,16 @@ impl RandomRequest {
         let pilot = trace_radiosity(&scene, &mesh, pilot, 1).reflected.values;
         let squares: Vec<f64> = pilot.iter().map(|light| light.length_squared()).collect();
         let light: f64 = areas.iter().zip(&squares).map(|(area, square)| area * square).sum();
-        let mean = light / areas.iter().sum::<f64>();
+        let area = areas.iter().sum::<f64>();
         let mut source = Xoshiro256PlusPlus::seed_from_u64(0);
         let probabilities: Vec<f64> = (areas.iter().zip(&squares))
-            .map(|(area, square)| {
-                let share = 0.5 * area * (square + mean) / light.max(f64::MIN_POSITIVE);
-                (SAMPLE_SIZE * share).min(1.0)
+            .map(|(own, square)| {
+                let shares = [
+                    own * square / light.max(f64::MIN_POSITIVE),
+                    own / area,
+                    1.0 / areas.len() as f64,
+                ];
+                (SAMPLE_SIZE * shares.iter().sum::<f64>() / 3.0).min(1.0)
             })
             .collect();
         let sampled: Vec<f64> = (areas.iter().zip(&probabilities))
