@@ -2,10 +2,10 @@
 //!
 //! A footprint's outline consists of the lines in which faces meet the texel's plane, so a texel is cut along these, and
 //! each piece is open or covered as a whole. Covered means that none of the rays over its hemisphere meets a front first,
-//! and some meet a back, or nothing past a front that touches. A piece is like its neighbour if no line lies between them:
-//! then a few rays suffice. Where a front and a back coincide, as where a body stands
-//! against a wall, a ray decides nothing. Of fronts that lie on each other the first of the file is open. A face that hangs
-//! close above the texel covers nothing: rays along the plane pass beneath it.
+//! and some meet a back, or nothing past a front that touches. A piece is like its neighbour if no line parts them: then a
+//! few rays suffice. Where a front and a back coincide, as where a body stands against a wall, a ray decides nothing. Of
+//! fronts that lie on each other the first of the file is open. A face that hangs close above the texel covers nothing:
+//! rays along the plane pass beneath it.
 
 use super::exchange_area::SurfacePiece;
 use crate::occlusion::occluders::Occluders;

@@ -31,6 +31,8 @@ use std::f64::consts::TAU;
 
 /// Number of independent sets of paths per texel.
 pub const PATH_SETS: u32 = 16;
+/// Variance of d² − s² over s⁴ where d is all noise and s² comes from [`PATH_SETS`] sets.
+const VARIANCE_FACTOR: f64 = 2.0 * (1.0 + 1.0 / (PATH_SETS - 1) as f64);
 /// Inverse share of the pilot paths, from which the distribution of the other paths follows.
 const PILOT_FRACTION: u32 = 8;
 /// Largest number of paths that find what irradiance to expect at a face.
@@ -138,8 +140,6 @@ pub fn debiased_pair_rms(pair: &GridPair) -> [f64; 2] {
 /// Returns the same for means a against traced b, texel by texel. Of a random sample of texels each stands for its area
 /// over the probability p with which it was drawn; their choice adds ΣA²(1 − p)(d² − s² − q(b² − s²))² to the variance.
 pub fn debiased_rms((areas, probabilities): (&[f64], &[f64]), a: &[DVec3], b: &[DVec3], error: &[DVec3]) -> [f64; 2] {
-    // Factor of the variance of s² from few sets.
-    let variance_factor = 2.0 * (1.0 + 1.0 / f64::from(PATH_SETS - 1));
     let channel = |c: usize| {
         let squares = |k: usize, error: &DVec3| {
             let noise = error[c] * error[c];
@@ -155,7 +155,7 @@ pub fn debiased_rms((areas, probabilities): (&[f64], &[f64]), a: &[DVec3], b: &[
         let mut variance = 0.0;
         for (k, error) in error.iter().enumerate() {
             let [signal, light, noise] = squares(k, error);
-            let of_paths = (4.0 * signal.max(0.0) + variance_factor * noise) * noise;
+            let of_paths = (4.0 * signal.max(0.0) + VARIANCE_FACTOR * noise) * noise;
             let of_choice = (1.0 - probabilities[k]) * (signal - ratio * light).powi(2);
             variance += areas[k] * areas[k] * (of_paths + of_choice);
         }
@@ -180,14 +180,13 @@ pub fn debiased_rms((areas, probabilities): (&[f64], &[f64]), a: &[DVec3], b: &[
 /// (2 rms noise ΣA b²)² = ΣA²(4 rms² b² s²/f + 2(1 + 1/(n − 1)) s⁴/f²)
 /// ```
 pub fn path_growth_for_noise(areas: &[f64], b: &[DVec3], error: &[DVec3], rms: f64, noise: f64) -> f64 {
-    let variance_factor = 2.0 * (1.0 + 1.0 / f64::from(PATH_SETS - 1));
     let channel = |c: usize| {
         let (mut light, mut linear, mut square) = (0.0, 0.0, 0.0);
         for ((area, b), error) in areas.iter().zip(b).zip(error) {
             let [truth, noise] = [b[c] * b[c], error[c] * error[c]];
             light += area * (truth - noise).max(0.0);
             linear += area * area * 4.0 * rms * rms * truth * noise;
-            square += area * area * variance_factor * noise * noise;
+            square += area * area * VARIANCE_FACTOR * noise * noise;
         }
         let wanted = (2.0 * rms * noise * light).powi(2).max(f64::MIN_POSITIVE);
         (linear + (linear * linear + 4.0 * square * wanted).sqrt()) / (2.0 * wanted)
