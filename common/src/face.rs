@@ -57,12 +57,15 @@ impl MeshFace {
         self.tangent * d.x + bitangent * d.y + self.normal * d.z
     }
 
-    /// Returns the corners' bits in ascending order: equal for faces with the same corners.
+    /// Returns the corners' bits in ascending order: equal for faces with the same corners, whichever is the first.
     pub fn sorted_corner_bits(&self) -> [[u32; 3]; 4] {
         // −0 is 0.
         let bits = |c: Vec3| (c + Vec3::ZERO).to_array().map(f32::to_bits);
         let mut corners = self.corners.map(bits);
-        corners.sort_unstable();
+        // The corner that a triangle repeats comes last in any order.
+        let count = if corners[2] == corners[3] { 3 } else { 4 };
+        corners[..count].sort_unstable();
+        corners[3] = corners[count - 1];
         corners
     }
 

@@ -63,6 +63,34 @@ fn face_under_earlier_front_has_no_area() {
     }
 }
 
+/// Faces with the same corners and opposite fronts are the sides of a sheet, whichever corner comes first.
+#[test]
+fn opposite_faces_are_a_sheet() {
+    let [a, b, c, d] = square(0.0, 0.0, 1.0).corners;
+    let quad = |c: [DVec3; 4]| Face::quad("", c, Vec3::ZERO, Vec3::ZERO);
+    let triangle = |c: [DVec3; 3]| Face::triangle("", c, Vec3::ZERO, Vec3::ZERO);
+    let sheets = |front: &Face, back: Face| {
+        let all = mesh(vec![square(0.0, 1.0, 1.0), front.clone(), back], 1, 1);
+        all.faces
+            .iter()
+            .map(|face| (face.sheet, face.two_sided))
+            .collect::<Vec<_>>()
+    };
+    let joined = [(0, false), (1, true), (1, true)];
+    for turn in 0..4 {
+        let mut back = [d, c, b, a];
+        back.rotate_left(turn);
+        assert_eq!(sheets(&quad([a, b, c, d]), quad(back)), joined, "{turn}");
+    }
+    for turn in 0..3 {
+        let mut back = [c, b, a];
+        back.rotate_left(turn);
+        assert_eq!(sheets(&triangle([a, b, c]), triangle(back)), joined, "{turn}");
+    }
+    let single = [(0, false), (1, false), (2, false)];
+    assert_eq!(sheets(&triangle([a, b, c]), triangle([d, b, a])), single);
+}
+
 #[test]
 fn covered_patches_of_half_covered_face_have_no_area() {
     let all = mesh(vec![square(0.0, 0.0, 1.0), square(0.5, 0.0, 1.0)], 8, 4);
