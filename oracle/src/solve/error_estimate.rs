@@ -13,7 +13,10 @@ use common::shooting::SolveRun;
 use common::texel::{first_texels, texel_count};
 use cpu::hierarchy::shot_log::escape_deviation;
 use glam::DVec3;
+use std::f64::consts::SQRT_2;
 
+/// Ratio of the errors of successive steps: each is solved to half the error of the step before.
+const STEP_ERROR_RATIO: f64 = 0.5;
 /// Largest ratio of successive changes used for extrapolation.
 const MAX_CHANGE_RATIO: f64 = 0.75;
 /// A face is reported if its relative error is this many times that of the whole scene.
@@ -46,10 +49,9 @@ impl ErrorHistory {
         1 + self.changes.len() as u32
     }
 
-    /// Estimated remaining error after the last change d: d, or d·q/(1 − q) where changes fall slowly, with
-    /// ratio q > ½. `None` after a single step.
-    pub fn remaining_error(&self) -> Option<f64> {
-        let change = self.changes.last()? * self.extrapolation_factor();
+    /// Upper bound of the remaining error: with the part that does not show in the changes. `None` after a single step.
+    pub fn remaining_bound(&self) -> Option<f64> {
+        let change = self.changes.last()? * self.remaining_share().bound;
         let noise = self.last_change.as_ref().map_or(0.0, |change| change.noise);
         Some(change.hypot(noise))
     }
@@ -64,22 +66,36 @@ impl ErrorHistory {
 
     /// Returns whether the remaining error is known to be at most `error`.
     pub fn meets_target(&self, error: f64) -> bool {
-        self.remaining_error().is_some_and(|remaining| remaining <= error)
+        self.remaining_bound().is_some_and(|remaining| remaining <= error)
     }
 
-    /// Remaining error as a multiple of the last change.
-    fn extrapolation_factor(&self) -> f64 {
+    /// Remaining error as a multiple of the last change. If a step leaves the share q of the error e of the step before, the
+    /// change is e − qe where the errors are alike and e·√(1 + q²) where they are independent. The one bounds the remaining
+    /// error, qe; the root mean square of both is expected. q is ½, or the ratio of the last two changes if that is more.
+    fn remaining_share(&self) -> RemainingShare {
+        if self.of_merged_texels {
+            return RemainingShare {
+                expected: 1.0,
+                bound: 1.0,
+            };
+        }
         let mut last = self.changes.iter().rev();
-        let (Some(last), Some(before), false) = (last.next(), last.next(), self.of_merged_texels) else {
-            return 1.0;
+        let fall = match (last.next(), last.next()) {
+            (Some(last), Some(before)) => (last / before).min(MAX_CHANGE_RATIO),
+            _ => 0.0,
         };
-        let fall = (last / before).min(MAX_CHANGE_RATIO);
-        (fall / (1.0 - fall)).max(1.0)
+        let fall = fall.max(STEP_ERROR_RATIO);
+        let [alike, independent] = [fall / (1.0 - fall), fall / fall.hypot(1.0)];
+        RemainingShare {
+            expected: alike.hypot(independent) / SQRT_2,
+            bound: alike,
+        }
     }
 
     /// Estimates the error of `run` with all its causes; `made_up` is the error from the links' closure.
     pub fn estimate_error(&self, mesh: &Mesh, run: &SolveRun, made_up: f64) -> Option<ErrorEstimate> {
-        let refinement = self.changes.last()? * self.extrapolation_factor();
+        let (last, remaining) = (self.changes.last()?, self.remaining_share());
+        let [refinement, bound] = [remaining.expected, remaining.bound].map(|share| share * last);
         let change = self.last_change.as_ref();
         let faces = change.map_or(Vec::new(), |change| largest_faces(&change.by_face));
         let part = |cause: ErrorCause, error: f64, faces: Vec<u32>| ErrorPart { cause, error, faces };
@@ -94,7 +110,7 @@ impl ErrorHistory {
         let error = square.sqrt();
         Some(ErrorEstimate {
             error,
-            upper: error,
+            upper: (square - refinement * refinement + bound * bound).max(square).sqrt(),
             evidence: EstimateBasis::SuccessiveSteps {
                 changes: self.changes.clone(),
                 worse: self.worst_faces(error),
@@ -111,7 +127,7 @@ impl ErrorHistory {
         };
         let of = |face: u32| FaceError {
             face,
-            error: self.extrapolation_factor() * change.relative_change(face),
+            error: self.remaining_share().expected * change.relative_change(face),
         };
         let faces = descending_order(&change.by_face).into_iter().map(of);
         let worse = faces.filter(|own| own.error > REPORTED_ERROR_RATIO * error && change.is_certain(own.face));
@@ -121,7 +137,7 @@ impl ErrorHistory {
     /// Estimated refinement error of each texel of `mesh`, W/m²; `None` after a single step.
     pub fn error_map(&self, faces: &[Face], mesh: &Mesh) -> Option<Vec<f32>> {
         let change = self.last_change.as_ref()?;
-        let grown = self.extrapolation_factor();
+        let share = self.remaining_share().expected;
         let mut map = vec![0.0; mesh.texels.len()];
         let mut order = mesh.texels_in_face_order().into_iter();
         let mut first = 0;
@@ -129,23 +145,24 @@ impl ErrorHistory {
             let end = first + texel_count(*from) as usize;
             let own = resample_face(&change.texel_squares[first..end], face, *from, to.resolution);
             for (d, k) in own.iter().zip(&mut order) {
-                map[k] = (grown * d.max_element().sqrt()) as f32;
+                map[k] = (share * d.max_element().sqrt()) as f32;
             }
             first = end;
         }
         Some(map)
     }
 
-    /// Returns a note if the estimated error is above the requested one, with the reason.
+    /// Returns a note if the error may be above the requested one, with the reason.
     pub fn describe_unmet_target(&self, target: f64, estimate: Option<&ErrorEstimate>) -> Option<String> {
-        let reached = estimate.map(|estimate| estimate.error);
-        if reached.is_some_and(|error| error <= target) {
-            return None;
-        }
-        let reached = reached.map_or("an unknown error".into(), |error| {
-            format!("about {:.2} %", 100.0 * error)
-        });
-        let reason = self.stop_reason.as_deref().unwrap_or(match self.remaining_error() {
+        let reached = match estimate {
+            Some(estimate) if estimate.upper <= target => return None,
+            Some(ErrorEstimate { error, upper, .. }) if upper > error => {
+                format!("about {:.2} %, at most {:.2} %,", 100.0 * error, 100.0 * upper)
+            }
+            Some(estimate) => format!("about {:.2} %", 100.0 * estimate.error),
+            None => "an unknown error".into(),
+        };
+        let reason = self.stop_reason.as_deref().unwrap_or(match self.remaining_bound() {
             Some(remaining) if remaining <= target => "the rest is unshot light, missing closure of links, or rounding",
             _ => "the largest number of steps was done",
         });
@@ -154,6 +171,12 @@ impl ErrorHistory {
             100.0 * target
         ))
     }
+}
+
+/// Remaining error as a multiple of the last change.
+struct RemainingShare {
+    expected: f64,
+    bound: f64,
 }
 
 /// Change of B in a step, without the noise of rays, relative to the RMS of B − E, in the worst channel.
@@ -382,6 +405,32 @@ mod tests {
             };
             let worse: Vec<u32> = history.worst_faces(0.01).iter().map(|own| own.face).collect();
             assert_eq!(worse, reported, "{noise}");
+        }
+    }
+
+    /// Where the errors of the last two steps are alike the bound is the remaining error, which is under-, else overestimated.
+    #[test]
+    fn remaining_error_is_told_between_equal_and_independent_errors() {
+        for fall in [0.5, 0.7] {
+            let told = |changes: Vec<f64>| {
+                let history = ErrorHistory {
+                    changes,
+                    ..ErrorHistory::default()
+                };
+                (
+                    history.changes[1] * history.remaining_share().expected,
+                    history.remaining_bound().unwrap(),
+                )
+            };
+            // The error of the last step is 1.
+            let before = 1.0 / fall;
+            let (alike, bound) = told(vec![before / fall - before, before - 1.0]);
+            let (independent, wide) = told(vec![before.hypot(before / fall), before.hypot(1.0)]);
+            assert!((bound - 1.0).abs() < 1e-12 && wide > 1.0, "{fall}: {bound}, {wide}");
+            assert!(
+                alike > 0.7 && alike < 0.9 && independent > 1.4 && independent < 3.0,
+                "{fall}: {alike}, {independent}"
+            );
         }
     }
 

@@ -3,11 +3,10 @@
 //! Each step is solved to half the error of the step before, and on texels half as large where that matters. If no texels are
 //! requested, they are halved in the end where interpolation between them errs most.
 //!
-//! The difference d of the last two solutions is the estimate of the finer one's error. It equals the error
-//! of the coarser less that of the finer; where a step halves the error the two are equal. Where a step
-//! reduces the error less, d is too small. So the first step is already solved to the requested error and the
-//! result to half of it, and where differences fall more slowly than by halves, the remaining error is
-//! extrapolated from their ratio (see [`ErrorHistory::remaining_error`]).
+//! The difference d of the last two solutions bounds the finer one's error. It is at least the error of the coarser less
+//! that of the finer; where a step halves the error the two are equal. Where a step reduces the error less, d is too small.
+//! So the first step is already solved to the requested error and the result to half of it, and where differences fall more
+//! slowly than by halves, the remaining error is extrapolated from their ratio (see [`ErrorHistory::remaining_bound`]).
 
 use super::adjacency::refine_neighbours;
 use super::error_estimate::{ErrorHistory, StepChange};

@@ -21,9 +21,14 @@ fn result_has_requested_and_estimated_error() {
     let parts = causes.iter().map(|part| part["error"].as_f64().unwrap());
     let squares: Vec<f64> = parts.map(|part| part * part).collect();
     assert!((squares.iter().sum::<f64>().sqrt() / error - 1.0).abs() < 1e-12);
-    let change = changes.last().unwrap().as_f64().unwrap();
-    assert!((squares[0].sqrt() / change - 1.0).abs() < 1e-12);
-    assert_error_map_matches(change, &folder, &result);
+    // Half of the squared error as if that of both steps was alike, half as if the first was independent and twice as large.
+    assert_eq!(changes.len(), 1);
+    let change = changes[0].as_f64().unwrap();
+    let remaining = change * (0.5f64 * (1.0 + 1.0 / 5.0)).sqrt();
+    assert!((squares[0].sqrt() / remaining - 1.0).abs() < 1e-12);
+    let upper = (change * change + squares[1..].iter().sum::<f64>()).sqrt();
+    assert!((result["certificate"]["upper"].as_f64().unwrap() / upper - 1.0).abs() < 1e-12);
+    assert_error_map_matches(remaining, &folder, &result);
     assert_eq!(result["converged"], true);
     assert!(result["shots"].as_u64().unwrap() > 0);
     // The energy balances; a twentieth of the light escapes through the open side.

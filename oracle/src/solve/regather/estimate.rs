@@ -96,7 +96,8 @@ pub struct ErrorPart {
 pub struct ErrorEstimate {
     /// The estimated error.
     pub error: f64,
-    /// Upper bound: the error with two standard errors of its square on top.
+    /// Upper bound: of a sample the error with two standard errors of its square on top; of steps the error if it was alike
+    /// in the last two.
     pub upper: f64,
     /// Method of the estimate.
     #[serde(flatten)]
