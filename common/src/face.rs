@@ -18,9 +18,9 @@ pub struct MeshFace {
     /// Planes through the edges, inward: a point p of the face's plane is inside if m·p ≥ w for all
     /// four; (0, 0) for the edge that a triangle lacks.
     pub edges: [Vec4; 4],
-    /// Sheet that the face is a side of: the lower index of its two faces, or the face's own index.
+    /// Sheet that the face is a side of, or part of one: the lowest index of its faces.
     pub sheet: u32,
-    /// True if the sheet has two faces.
+    /// True if the sheet has two sides.
     pub two_sided: bool,
     /// Texels W×H (N×N on a triangle).
     pub resolution: [u32; 2],
@@ -57,13 +57,16 @@ impl MeshFace {
         self.tangent * d.x + bitangent * d.y + self.normal * d.z
     }
 
+    /// Returns whether the face is a triangle.
+    pub fn is_triangle(&self) -> bool {
+        self.corners[2] == self.corners[3]
+    }
+
     /// Returns the corners' bits in ascending order: equal for faces with the same corners, whichever is the first.
-    pub fn sorted_corner_bits(&self) -> [[u32; 3]; 4] {
-        // −0 is 0.
-        let bits = |c: Vec3| (c + Vec3::ZERO).to_array().map(f32::to_bits);
-        let mut corners = self.corners.map(bits);
+    pub fn sorted_corner_bits(&self) -> [CornerBits; 4] {
+        let mut corners = self.corners.map(corner_bits);
         // The corner that a triangle repeats comes last in any order.
-        let count = if corners[2] == corners[3] { 3 } else { 4 };
+        let count = if self.is_triangle() { 3 } else { 4 };
         corners[..count].sort_unstable();
         corners[3] = corners[count - 1];
         corners
@@ -93,6 +96,15 @@ impl MeshFace {
         (self.normal, self.plane) = (Vec3::ZERO, Vec4::ZERO);
         (self.edges, self.texel_radius) = ([Vec4::ZERO; 4], 0.0);
     }
+}
+
+/// Bits of a corner's coordinates.
+pub(crate) type CornerBits = [u32; 3];
+
+/// Returns the bits of a corner's coordinates: equal if these are.
+pub(crate) fn corner_bits(corner: Vec3) -> CornerBits {
+    // −0 is 0.
+    (corner + Vec3::ZERO).to_array().map(f32::to_bits)
 }
 
 /// Returns the longest edge: a frame along a short first edge would be imprecise.

@@ -52,6 +52,7 @@ pub mod resample;
 pub mod sampling;
 pub mod scene;
 pub mod settings;
+mod sheets;
 pub mod shooting;
 pub mod sky;
 pub mod solution;

@@ -12,11 +12,11 @@ use crate::form_factor::Shooter;
 use crate::overlap::{Overlaps, find_overlaps};
 use crate::sampling;
 use crate::scene::{Scene, Shape};
+use crate::sheets::join_sheets;
 use crate::texel::{self, PatchGrid};
 pub use crate::texel::{Texel, TexelKind};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use std::collections::HashMap;
 use std::ops::Range;
 
 /// Maximum number of texels of a mesh: at 200 bytes each they need 13 GB.
@@ -144,7 +144,7 @@ impl Mesh {
         if scene.is_painted() {
             mesh.average_paint(scene);
         }
-        mesh.join_coincident_sheets();
+        join_sheets(&mut mesh.faces);
         mesh.remove_overlapped();
         let centre = |patch: &Patch| PatchPoint {
             position: patch.shooter.centre,
@@ -166,25 +166,6 @@ impl Mesh {
                 [texel.reflectance, texel.emission] = face.mean_surface(outline.corners());
             }
         });
-    }
-
-    /// Joins two faces with the same corners and opposite fronts to one two-sided sheet, as thin walls are
-    /// often modelled: neither occludes the other.
-    fn join_coincident_sheets(&mut self) {
-        let mut first: HashMap<[[u32; 3]; 4], usize> = HashMap::new();
-        for k in 0..self.faces.len() {
-            let key = self.faces[k].sorted_corner_bits();
-            let Some(j) = first.get(&key).copied() else {
-                first.insert(key, k);
-                continue;
-            };
-            let opposite = self.faces[j].normal.dot(self.faces[k].normal) < 0.0;
-            if opposite && !self.faces[j].two_sided && !self.faces[k].two_sided {
-                self.faces[k].sheet = self.faces[j].sheet;
-                self.faces[j].two_sided = true;
-                self.faces[k].two_sided = true;
-            }
-        }
     }
 
     /// Removes the area of patches that lie wholly under earlier fronts, so that they neither shoot nor

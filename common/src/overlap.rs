@@ -10,7 +10,7 @@ use std::ops::Range;
 
 /// Distance below which planes are the same, width below which overlaps are ignored (mesh units), and largest 1 − cosine
 /// between equal normals: a file's coordinates have about six digits.
-const SAME_PLANE_DISTANCE: f32 = 1e-5;
+pub(crate) const SAME_PLANE_DISTANCE: f32 = 1e-5;
 /// Maximum pairs that the search compares: a second's work.
 const MAX_COMPARED_PAIRS: usize = 100_000_000;
 /// Maximum pairs that are stored, besides exact copies.
