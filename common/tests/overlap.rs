@@ -70,18 +70,25 @@ fn opposite_faces_are_a_sheet() {
     for turn in 0..4 {
         let mut back = [d, c, b, a];
         back.rotate_left(turn);
-        assert_eq!(sheets(&[blank_quad([a, b, c, d]), blank_quad(back)]), [1, 1], "{turn}");
+        assert_eq!(
+            joined_sheets(&[blank_quad([a, b, c, d]), blank_quad(back)]),
+            [Some(0); 2],
+            "{turn}"
+        );
     }
     for turn in 0..3 {
         let mut back = [c, b, a];
         back.rotate_left(turn);
         assert_eq!(
-            sheets(&[blank_triangle([a, b, c]), blank_triangle(back)]),
-            [1, 1],
+            joined_sheets(&[blank_triangle([a, b, c]), blank_triangle(back)]),
+            [Some(0); 2],
             "{turn}"
         );
     }
-    assert_eq!(sheets(&[blank_triangle([a, b, c]), blank_triangle([d, b, a])]), [0, 0]);
+    assert_eq!(
+        joined_sheets(&[blank_triangle([a, b, c]), blank_triangle([d, b, a])]),
+        [None; 2]
+    );
 }
 
 /// Two triangles that form a quad are a side of a sheet: both sides may be cut along different diagonals.
@@ -90,24 +97,27 @@ fn sides_of_a_sheet_may_be_cut_along_different_diagonals() {
     let [a, b, c, d] = square(0.0, 0.0, 1.0).corners;
     let front = [blank_triangle([a, b, c]), blank_triangle([a, c, d])];
     let back = [blank_triangle([d, b, a]), blank_triangle([b, d, c])];
-    assert_eq!(sheets(&[&front[..], &back[..]].concat()), [1; 4]);
-    assert_eq!(sheets(&[&front[..], &[blank_quad([d, c, b, a])]].concat()), [1; 3]);
+    assert_eq!(joined_sheets(&[&front[..], &back[..]].concat()), [Some(0); 4]);
+    assert_eq!(
+        joined_sheets(&[&front[..], &[blank_quad([d, c, b, a])]].concat()),
+        [Some(0); 3]
+    );
     // Of one front, and bent.
     assert_eq!(
-        sheets(&[&front[..], &[blank_triangle([a, b, d]), blank_triangle([b, c, d])]].concat()),
-        [0; 4]
+        joined_sheets(&[&front[..], &[blank_triangle([a, b, d]), blank_triangle([b, c, d])]].concat()),
+        [None; 4]
     );
     let raised = d + 0.1 * DVec3::Z;
     let bent = [blank_triangle([a, b, c]), blank_triangle([a, c, raised])];
     assert_eq!(
-        sheets(
+        joined_sheets(
             &[
                 &bent[..],
                 &[blank_triangle([raised, b, a]), blank_triangle([b, raised, c])]
             ]
             .concat()
         ),
-        [0; 4]
+        [None; 4]
     );
 }
 
@@ -119,22 +129,13 @@ fn blank_triangle(corners: [DVec3; 3]) -> Face {
     Face::triangle("", corners, Vec3::ZERO, Vec3::ZERO)
 }
 
-/// Returns the number of the sheet of each face, from 1 on; 0 for a face that is on none.
-fn sheets(faces: &[Face]) -> Vec<u32> {
+/// Returns for each face the sheet of which it is a side, by its lowest face; none for a face that is alone.
+fn joined_sheets(faces: &[Face]) -> Vec<Option<u32>> {
     let all = mesh(faces.to_vec(), 1, 1);
-    let mut found: Vec<u32> = Vec::new();
-    let numbered = all.faces.iter().map(|face| {
-        if !face.two_sided {
-            return 0;
-        }
-        let known = found.iter().position(|sheet| *sheet == face.sheet);
-        let number = known.unwrap_or_else(|| {
-            found.push(face.sheet);
-            found.len() - 1
-        });
-        number as u32 + 1
-    });
-    numbered.collect()
+    all.faces
+        .iter()
+        .map(|face| face.two_sided.then_some(face.sheet))
+        .collect()
 }
 
 #[test]

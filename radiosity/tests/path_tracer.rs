@@ -141,7 +141,8 @@ fn box_in_corner_blocks_light_of_walls_behind_it() {
     assert!((0..4).all(|k| texel(6, k) == DVec3::ZERO));
 }
 
-/// A closed room of two-sided walls: the back of its lamp is all that is no front, and the ceiling is lit.
+/// A closed room of two-sided walls, cut alike or otherwise outside: the back of its lamp is all that is no front, and the
+/// ceiling is lit.
 #[test]
 fn two_sided_walls_are_lit_as_one_sided_ones() {
     let mut faces = unit_room(0.7);
@@ -149,13 +150,19 @@ fn two_sided_walls_are_lit_as_one_sided_ones() {
     lamp.emission = Vec3::ONE;
     faces.push(lamp);
     let thin = scene_of(faces.clone());
-    faces.extend(unit_room(0.7).iter().map(Face::reversed));
+    let outside: Vec<Face> = unit_room(0.7).iter().map(Face::reversed).collect();
+    let halves = outside.iter().flat_map(|wall| {
+        let [a, b, c, d] = wall.corners;
+        [[a, b, c], [a, c, d]].map(|corners| Face::triangle("half", corners, Vec3::ZERO, wall.reflectance))
+    });
+    let cut = scene_of(faces.iter().cloned().chain(halves).collect());
+    faces.extend(outside.iter().cloned());
     let walled = scene_of(faces);
-    let [thin, walled] = [thin, walled].map(|scene| {
+    let [thin, walled, cut] = [thin, walled, cut].map(|scene| {
         let traced = trace_radiosity(&scene, &uniform_mesh(&scene, 1), 8000, 9);
         [0, 1].map(|k| (traced.reflected.values[k].x, traced.error[k].x))
     });
-    for ((expected, error), (found, own)) in thin.into_iter().zip(walled) {
+    for ((expected, error), (found, own)) in thin.into_iter().chain(thin).zip(walled.into_iter().chain(cut)) {
         let off = (found - expected) / error.hypot(own);
         assert!(
             expected > 0.0 && off.abs() < SIGMAS,

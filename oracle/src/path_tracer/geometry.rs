@@ -1,9 +1,9 @@
 //! Triangles of a scene, their intersection with rays, and sampling of lamps. Only the path tracer uses it.
 
 use super::tree::BoxTree;
+use common::mesh::Mesh;
 use common::scene::{Face, Scene, Shape};
 use glam::{DMat3, DVec2, DVec3};
-use std::collections::HashMap;
 use std::f64::consts::PI;
 
 /// Distance of a ray's origin in front of its face, as a share of the scene's extent. It lies inside any body that
@@ -78,25 +78,6 @@ pub fn face_triangles((face, of): (usize, &Face)) -> impl Iterator<Item = RayTri
     std::iter::once(RayTriangle::new(face, [a, b, c])).chain(second)
 }
 
-/// Returns for each face whether another with the same corners and the opposite front makes it a sheet.
-fn find_two_sided(scene: &Scene) -> Vec<bool> {
-    let key = |face: &Face| {
-        let mut corners = face.corners.map(|corner| corner.to_array().map(f64::to_bits));
-        corners.sort_unstable();
-        corners
-    };
-    let mut sides: HashMap<_, Vec<DVec3>> = HashMap::new();
-    for face in &scene.faces {
-        sides.entry(key(face)).or_default().push(face.vector_area());
-    }
-    let opposite = |face: &Face| {
-        sides[&key(face)]
-            .iter()
-            .any(|other| other.dot(face.vector_area()) < 0.0)
-    };
-    scene.faces.iter().map(opposite).collect()
-}
-
 /// Triangles of all faces with a tree of boxes.
 pub struct SceneGeometry {
     triangles: Vec<RayTriangle>,
@@ -108,7 +89,8 @@ pub struct SceneGeometry {
 }
 
 impl SceneGeometry {
-    pub fn new(scene: &Scene) -> Self {
+    /// Creates the geometry of `scene`, of which `mesh` tells the sheets.
+    pub fn new(scene: &Scene, mesh: &Mesh) -> Self {
         let faces = scene.faces.iter().enumerate();
         let [low, high] = scene.bounds();
         let extent = (high - low).max_element();
@@ -118,7 +100,7 @@ impl SceneGeometry {
             tree: BoxTree::new(&boxes, extent),
             triangles,
             normals: scene.faces.iter().map(|f| f.vector_area().normalize()).collect(),
-            two_sided: find_two_sided(scene),
+            two_sided: mesh.faces.iter().map(|face| face.two_sided).collect(),
             extent,
         }
     }

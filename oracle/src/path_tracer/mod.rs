@@ -82,7 +82,7 @@ fn trace_weighted_texels<'a>(
         .unzip();
     let mut tracer = Tracer {
         scene,
-        geometry: SceneGeometry::new(scene),
+        geometry: SceneGeometry::new(scene, mesh),
         lamps: LampSampler::new(scene),
         probe_directions: probe_directions(),
         expected: vec![DVec3::ZERO; scene.faces.len()],

@@ -49,7 +49,7 @@ impl ErrorHistory {
         1 + self.changes.len() as u32
     }
 
-    /// Upper bound of the remaining error: with the part that does not show in the changes. `None` after a single step.
+    /// Upper bound of the remaining error, with the noise of rays. `None` after a single step.
     pub fn remaining_bound(&self) -> Option<f64> {
         let change = self.changes.last()? * self.remaining_share().bound;
         let noise = self.last_change.as_ref().map_or(0.0, |change| change.noise);
