@@ -7,6 +7,10 @@ use glam::{DVec3, Vec3, Vec4};
 /// A face in the mesh's unit.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshFace {
+    /// Number in the scene.
+    pub number: u32,
+    /// True if it emits light.
+    pub emits: bool,
     /// Corners, counter-clockwise from the front; a triangle repeats its third.
     pub corners: [Vec3; 4],
     /// Unit front normal; zero on a face without area.
@@ -37,6 +41,8 @@ impl MeshFace {
         let along = longest_edge(face.outline());
         let upwards = normal.try_normalize().unwrap_or(DVec3::Z);
         Self {
+            number: index,
+            emits: face.emission != Vec3::ZERO,
             corners,
             normal: normal.as_vec3(),
             plane: plane_through(normal, corners[0]),
@@ -78,6 +84,17 @@ impl MeshFace {
         above(&self.plane).abs() <= CONTACT_DISTANCE && self.edges.iter().all(|edge| above(edge) >= -OUTLINE_MARGIN)
     }
 
+    /// Returns whether, of two fronts that lie on each other, this one is met: one that emits light before one that does not,
+    /// as lamps are often modelled flush with a ceiling; else the first in the file.
+    pub fn precedes(&self, other: &Self) -> bool {
+        self.precedence() < other.precedence()
+    }
+
+    /// Returns the key by which faces [precede](Self::precedes) each other.
+    pub(crate) fn precedence(&self) -> (bool, u32) {
+        (!self.emits, self.number)
+    }
+
     /// Returns whether some of its front faces some of the other's front.
     pub fn can_face(&self, other: &Self) -> bool {
         let above = |plane: Vec4, p: &Vec3| plane.truncate().dot(*p) > plane.w;
@@ -85,7 +102,7 @@ impl MeshFace {
         !self.is_buried() && !other.is_buried() && sees(self, other) && sees(other, self)
     }
 
-    /// Returns whether the face has no area, or lies wholly under earlier fronts.
+    /// Returns whether the face has no area, or lies wholly under fronts that precede it.
     pub fn is_buried(&self) -> bool {
         self.normal == Vec3::ZERO
     }

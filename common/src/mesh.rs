@@ -168,7 +168,7 @@ impl Mesh {
         });
     }
 
-    /// Removes the area of patches that lie wholly under earlier fronts, so that they neither shoot nor
+    /// Removes the area of patches that lie wholly under fronts that precede theirs, so that they neither shoot nor
     /// receive. A face of no other patches loses its area too.
     fn remove_overlapped(&mut self) {
         let resolutions: Vec<[u32; 2]> = self.faces.iter().map(|face| face.resolution).collect();

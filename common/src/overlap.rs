@@ -1,6 +1,6 @@
 //! Overlapping fronts: coplanar, with one orientation. Light that reaches one of them reaches the other, so
-//! light that both reflect would count twice, and between white walls the solve would not converge. The
-//! first face in the file receives and shoots the light; the others are covered by it.
+//! light that both reflect would count twice, and between white walls the solve would not converge. One of them
+//! receives and shoots the light (see [`MeshFace::precedes`]); the others are covered by it.
 
 use crate::face::MeshFace;
 use crate::texel::Texel;
@@ -19,10 +19,10 @@ const MAX_KEPT_PAIRS: usize = 1 << 20;
 /// Result of [`find_overlaps`].
 #[derive(Debug)]
 pub struct Overlaps {
-    /// Pairs of overlapping faces, lower index first, in order. Once a face is wholly
+    /// Pairs of overlapping faces, in order; the first of a pair covers the second. Once a face is wholly
     /// covered, no more of its pairs are listed.
     pub pairs: Vec<[u32; 2]>,
-    /// For each texel, true if its centre lies under an earlier front.
+    /// For each texel, true if its centre lies under a front that precedes its own.
     pub covered: Vec<bool>,
 }
 
@@ -52,13 +52,15 @@ pub fn find_overlaps(faces: &[MeshFace], texels: &[Texel], ranges: &[Range<usize
         }
         let mut n = 0;
         while n < active.len() && !is_covered(&overlaps, a) {
-            let [first, later] = [a.min(active[n]), a.max(active[n])];
-            let [over, under] = [first, later].map(|k| &faces[k as usize]);
+            let [mut over, mut under] = [a, active[n]].map(|k| &faces[k as usize]);
+            if under.precedes(over) {
+                std::mem::swap(&mut over, &mut under);
+            }
             if faces_overlap(over, under) {
                 if overlaps.pairs.len() < MAX_KEPT_PAIRS {
-                    overlaps.pairs.push([first, later]);
+                    overlaps.pairs.push([over.number, under.number]);
                 }
-                for k in ranges[later as usize].clone() {
+                for k in ranges[under.number as usize].clone() {
                     overlaps.covered[k] |= over.holds_point(texels[k].position);
                 }
             }
@@ -77,12 +79,15 @@ pub fn find_overlaps(faces: &[MeshFace], texels: &[Texel], ranges: &[Range<usize
     overlaps
 }
 
-/// Returns the faces with an area, without those that have the corners and the front of an earlier one: these are
-/// added to the overlaps.
+/// Returns the faces with an area, without those that have the corners and the front of one that precedes
+/// them: these are added to the overlaps.
 fn leave_out_copies(faces: &[MeshFace], ranges: &[Range<usize>], overlaps: &mut Overlaps) -> Vec<u32> {
     let mut first: HashMap<[[u32; 3]; 4], Vec<u32>> = HashMap::new();
     let mut order = Vec::with_capacity(faces.len());
-    for (k, face) in (0..).zip(faces).filter(|(_, face)| face.normal != Vec3::ZERO) {
+    let mut with_area: Vec<&MeshFace> = faces.iter().filter(|face| face.normal != Vec3::ZERO).collect();
+    with_area.sort_by_key(|face| face.precedence());
+    for face in with_area {
+        let k = face.number;
         let same = first.entry(face.sorted_corner_bits()).or_default();
         let front = |j: &&u32| faces[**j as usize].normal.dot(face.normal) > 0.0;
         if let Some(j) = same.iter().find(front) {

@@ -2,7 +2,7 @@
 
 use crate::bvh::Bvh;
 use crate::constants::{CONTACT_DISTANCE, MISS_DISTANCE, OUTLINE_MARGIN, RAY_REACH, SEGMENT_END_FRACTION};
-use crate::intersect::{intersect_face, touches_plane};
+use crate::intersect::{Crossing, intersect_face, touches_plane};
 use crate::mesh::{Mesh, MeshFace};
 use glam::Vec3;
 use obvhs::ray::{Ray, RayHit};
@@ -161,7 +161,8 @@ impl Rays {
 
     /// Returns what the ray from `origin`, a point of a face of `sheet`, meets first. Faces that touch the origin are
     /// skipped: a body that stands there has more faces behind them. Where a front and a back coincide the front is
-    /// met: they are a sheet's two sides, subdivided differently. Of coincident fronts the first is met.
+    /// met: they are a sheet's two sides, subdivided differently. Of coincident fronts that one is met
+    /// which precedes the others (see [`MeshFace::precedes`]).
     pub fn trace_ray(&self, origin: Vec3, direction: Vec3, sheet: u32) -> RayEnd {
         let reach = 8.0 / RAY_REACH;
         let mut nearest = RayHit::none();
@@ -181,10 +182,7 @@ impl Rays {
             }
             if !front {
                 dark = dark.min(hit.t);
-            } else if lit.is_none_or(|(other, t, _)| {
-                let ahead = (t - hit.t) * -hit.facing;
-                ahead > CONTACT_DISTANCE || (ahead >= -CONTACT_DISTANCE && k < other)
-            }) {
+            } else if lit.is_none_or(|(other, t, _)| self.is_met_before([k, other], &hit, t)) {
                 lit = Some((k, hit.t, -hit.facing));
             }
             // The ray continues to faces that coincide with this one.
@@ -205,13 +203,22 @@ impl Rays {
             let k = self.bvh.faces[primitive];
             let hit = intersect_face(&self.faces[k as usize], ray.origin.into(), ray.direction.into());
             let is_met = hit.facing < 0.0 && hit.t > 0.0 && hit.inside >= -OUTLINE_MARGIN;
-            if !is_met || met.is_some_and(|(_, best)| hit.t >= best) {
+            if !is_met {
                 return MISS_DISTANCE;
             }
-            met = Some((k, hit.t));
-            hit.t
+            if met.is_none_or(|(other, t)| self.is_met_before([k, other], &hit, t)) {
+                met = Some((k, hit.t));
+            }
+            hit.t + CONTACT_DISTANCE / hit.facing.abs()
         });
         met
+    }
+
+    /// Returns whether a ray that meets front `k` by `hit` meets it before front `other`, which it meets at `t`.
+    fn is_met_before(&self, [k, other]: [u32; 2], hit: &Crossing, t: f32) -> bool {
+        let ahead = (hit.t - t) * hit.facing;
+        let precedes = || self.faces[k as usize].precedes(&self.faces[other as usize]);
+        ahead > CONTACT_DISTANCE || (ahead >= -CONTACT_DISTANCE && precedes())
     }
 }
 

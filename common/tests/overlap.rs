@@ -63,6 +63,22 @@ fn face_under_earlier_front_has_no_area() {
     }
 }
 
+/// A lamp is often modelled flush with a ceiling.
+#[test]
+fn lamp_covers_an_earlier_front() {
+    let mut lamp = square(0.25, 0.0, 0.5);
+    lamp.emission = Vec3::ONE;
+    let all = mesh(vec![square(0.0, 0.0, 1.0), lamp.clone()], 4, 4);
+    assert_eq!(all.overlaps, [[1, 0]]);
+    assert!(abs_diff_eq!(area(&all, 1), 0.25, epsilon = 1e-6));
+    assert!(abs_diff_eq!(area(&all, 0), 0.75, epsilon = 1e-6));
+    // Of two lamps the first, and of exact copies the lamp.
+    let mut whole = square(0.0, 0.0, 1.0);
+    whole.emission = Vec3::ONE;
+    assert_eq!(mesh(vec![whole.clone(), lamp], 1, 1).overlaps, [[0, 1]]);
+    assert_eq!(mesh(vec![square(0.0, 0.0, 1.0), whole], 1, 1).overlaps, [[1, 0]]);
+}
+
 /// Faces with the same corners and opposite fronts are the sides of a sheet, whichever corner comes first.
 #[test]
 fn opposite_faces_are_a_sheet() {

@@ -58,3 +58,30 @@ fn ray_meets_the_front_of_coinciding_sides() {
         assert!(matches!(end, RayEnd::Front(..)) && meets, "{plates:?}: {end:?}");
     }
 }
+
+/// Of coinciding fronts a lamp is met, wherever it comes in the file; else the first.
+#[test]
+fn ray_meets_the_lamp_of_coinciding_fronts() {
+    let plate = |emission: f32| Face {
+        emission: Vec3::splat(emission),
+        ..level_square(0.5, false)
+    };
+    for (plates, met) in [([0.0, 1.0], 2), ([1.0, 0.0], 1), ([0.0, 0.0], 1), ([1.0, 1.0], 1)] {
+        let faces = [level_square(0.0, true)].into_iter().chain(plates.map(plate));
+        // Each overlaps the other in part: what is covered wholly has no area.
+        let mut faces: Vec<Face> = faces.collect();
+        for (face, shift) in faces[1..].iter_mut().zip([-0.1, 0.1]) {
+            face.corners.iter_mut().for_each(|corner| corner.x += shift);
+        }
+        let mesh = Mesh::uniform(&named_scene("plates", faces), 8, 1).unwrap();
+        let (rays, floor) = (Rays::new(&mesh), &mesh.faces[0]);
+        let from = mesh.local_point(DVec3::new(0.3, 0.0, 0.4)).as_vec3();
+        let end = rays.trace_ray(from, floor.normal, floor.sheet);
+        let seen = rays.nearest_front(from, floor.normal).map(|(face, _)| face);
+        assert!(
+            matches!(end, RayEnd::Front(face, _) if face == met),
+            "{plates:?}: {end:?}"
+        );
+        assert_eq!(seen, Some(met), "{plates:?}");
+    }
+}

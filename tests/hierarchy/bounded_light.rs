@@ -155,7 +155,12 @@ fn iterate_over_random_links(amount: f32, signed: bool) -> (BounceResult, f32) {
     let mesh = Mesh::uniform(&scene, 4, 1).unwrap();
     let tree = TexelTree::new(&scene, &mesh);
     let area: Vec<f32> = mesh.texels.iter().map(|texel| texel.area).collect();
-    let mut coarse = CoarseNodes::new(&mesh, &tree, |k| tree.nodes[k as usize].level == 1, &area);
+    let mut coarse = CoarseNodes::new(
+        &mesh,
+        &tree,
+        |k| tree.nodes[k as usize].level == 1,
+        [&area, &vec![0.0; area.len()]],
+    );
     let mut random = random_numbers(7);
     let mut draw = |least: f32| [0; 16].map(|_| amount * (least + (1.0 - least) * random() as f32));
     let least = if signed { -1.0 } else { 0.0 };

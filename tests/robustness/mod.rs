@@ -1,6 +1,7 @@
 //! Hard scenes, odd units, and the warnings and error estimates of answers that cannot be trusted.
 
 mod estimate;
+mod flush_lamp;
 mod properties;
 mod refused;
 mod scales;

@@ -68,6 +68,16 @@ pub fn mean_irradiance(solved: &Solved, face: u32) -> f64 {
     sum / area
 }
 
+/// Returns the mean irradiance of a face in the first channel, by rays.
+pub fn mean_irradiance_by_rays(scene: &Scene, face: u32) -> f64 {
+    let mut mesh = Mesh::uniform(scene, TEXELS, 1).unwrap();
+    let noise = 0.5 * ERROR as f32;
+    let solution = solve_by_rays(scene, &mut mesh, noise, &mut |_| ControlFlow::Continue(())).unwrap();
+    let texels = (0..mesh.texels.len()).filter(|k| mesh.texels[*k].face == face);
+    let own: Vec<f64> = texels.map(|k| f64::from(solution.irradiance[k].x)).collect();
+    own.iter().sum::<f64>() / own.len() as f64
+}
+
 fn assert_irradiance(scene: &Scene, expected: f64, tolerance: f64) {
     for (name, solved) in solve_by_all(scene) {
         let found = mean_irradiance(&solved, 0);

@@ -1,12 +1,9 @@
 //! Walls of two sides around a room are lit as walls of one side are, on every solver.
 
-use super::sky::{ERROR, TEXELS, mean_irradiance, solve_by_all};
-use common::mesh::Mesh;
+use super::sky::{ERROR, mean_irradiance, mean_irradiance_by_rays, solve_by_all};
 use common::scene::{Face, Scene};
-use cpu::ray_cast::solve_by_rays;
 use glam::{DVec3, Vec3};
 use radiosity_tests::{box_faces, named_scene};
-use std::ops::ControlFlow;
 
 /// A closed room whose lamp shines down and shows its back to the ceiling: of what the ceiling sees, only that back is no
 /// front.
@@ -31,18 +28,7 @@ fn back_of_a_lamp_darkens_no_two_sided_wall() {
     walled.faces.extend(thin.faces[..6].iter().map(Face::reversed));
     let mut cut = thin.clone();
     cut.faces.extend(thin.faces[..6].iter().flat_map(halve_outer_side));
-    let by_rays = |scene: &Scene| {
-        let mut mesh = Mesh::uniform(scene, TEXELS, 1).unwrap();
-        let solution = solve_by_rays(scene, &mut mesh, 0.5 * ERROR as f32, &mut |_| ControlFlow::Continue(())).unwrap();
-        let of_face = |face: u32| {
-            let own: Vec<f64> = (0..mesh.texels.len())
-                .filter(|k| mesh.texels[*k].face == face)
-                .map(|k| f64::from(solution.irradiance[k].x))
-                .collect();
-            own.iter().sum::<f64>() / own.len() as f64
-        };
-        [of_face(0), of_face(1)]
-    };
+    let by_rays = |scene: &Scene| [0, 1].map(|face| mean_irradiance_by_rays(scene, face));
     let of_solvers = |scene: &Scene| {
         let solved = solve_by_all(scene).into_iter();
         solved.map(|(name, solved)| (name, [0, 1].map(|face| mean_irradiance(&solved, face))))

@@ -29,7 +29,7 @@ impl WarningCode {
         (
             Self::Overlap,
             "overlap",
-            "fronts overlap: only the first in the file is lit",
+            "fronts overlap: only one is lit, a lamp or else the first in the file",
         ),
         (
             Self::Unlit,

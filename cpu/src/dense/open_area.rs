@@ -3,9 +3,9 @@
 //! A footprint's outline consists of the lines in which faces meet the texel's plane, so a texel is cut along these, and
 //! each piece is open or covered as a whole. Covered means that none of the rays over its hemisphere meets a front first,
 //! and some meet a back, or nothing past a front that touches. A piece is like its neighbour if no line parts them: then a
-//! few rays suffice. Where a front and a back coincide, as where a body stands against a wall, a ray decides nothing. Of
-//! fronts that lie on each other the first of the file is open. A face that hangs close above the texel covers nothing:
-//! rays along the plane pass beneath it.
+//! few rays suffice. Where a front and a back coincide, as where a body stands against a wall, a ray decides nothing. A
+//! piece under a front that [precedes](common::mesh::MeshFace::precedes) the texel's is covered. A face that hangs close
+//! above the texel covers nothing: rays along the plane pass beneath it.
 
 use super::exchange_area::SurfacePiece;
 use crate::occlusion::occluders::Occluders;
@@ -48,6 +48,8 @@ pub struct Element {
     pub area: f64,
     /// Open share of the area.
     pub open: f64,
+    /// Share of the area under fronts that precede the face, which hide it from no one: it receives and shines nothing.
+    pub under_fronts: f64,
     /// The open part, in pieces of at most four corners.
     pub pieces: Vec<SurfacePiece>,
 }
@@ -112,7 +114,7 @@ impl<'a> ElementBuilder<'a> {
             rays,
             steep: steep.collect(),
             grazing: grazing_directions().collect(),
-            covers: covers.map(|f| CoveringLines::new(occluders, f)).collect(),
+            covers: covers.map(|f| CoveringLines::new(mesh, occluders, f)).collect(),
         }
     }
 
@@ -142,16 +144,19 @@ impl<'a> ElementBuilder<'a> {
 
     fn open_element(&self, texel: &Texel, judged: &mut Option<JudgedPiece>) -> Element {
         let whole = self.whole_piece(texel);
-        // A texel without area lies under an earlier face as a whole, or is a line.
+        // A texel without area lies under preceding fronts as a whole, or is a line.
         let mut element = Element {
             face: texel.face,
             area: if texel.area > 0.0 { whole.area } else { 0.0 },
             open: 0.0,
+            under_fronts: if texel.area > 0.0 { 0.0 } else { 1.0 },
             pieces: Vec::new(),
         };
         if element.area > 0.0 && whole.plane.normal != DVec3::ZERO {
             let cover = &self.covers[texel.face as usize];
-            element.find_open(whole, &cover.lines, |piece| self.is_covered(cover, piece, judged));
+            let under_fronts = |piece: &SurfacePiece| cover.is_under_fronts(self.occluders, piece);
+            let under_body = |piece: &SurfacePiece| self.is_under_body(cover, piece, judged);
+            element.find_open(whole, &cover.lines, under_fronts, under_body);
         }
         element
     }
@@ -167,11 +172,8 @@ impl<'a> ElementBuilder<'a> {
         cut.then(|| self.open_element(texel, judged))
     }
 
-    /// Returns true if light neither reaches nor leaves the piece.
-    fn is_covered(&self, cover: &CoveringLines, piece: &SurfacePiece, judged: &mut Option<JudgedPiece>) -> bool {
-        if cover.is_under_earlier(self.occluders, piece) {
-            return true;
-        }
+    /// Returns true if light neither reaches nor leaves the piece, which lies under no preceding front.
+    fn is_under_body(&self, cover: &CoveringLines, piece: &SurfacePiece, judged: &mut Option<JudgedPiece>) -> bool {
         let (face, origin) = (cover.face as u32, piece.centre.as_vec3());
         let count_backs = |directions: &mut dyn Iterator<Item = &Vec3>| self.count_backs(face, origin, directions);
         let is_near = |near: &JudgedPiece| {
@@ -228,53 +230,66 @@ fn grazing_directions() -> impl Iterator<Item = Vec3> {
 }
 
 impl Element {
-    fn find_open(&mut self, whole: SurfacePiece, lines: &[CutLine], mut covered: impl FnMut(&SurfacePiece) -> bool) {
+    fn find_open(
+        &mut self,
+        whole: SurfacePiece,
+        lines: &[CutLine],
+        under_fronts: impl Fn(&SurfacePiece) -> bool,
+        mut under_body: impl FnMut(&SurfacePiece) -> bool,
+    ) {
         let lines: Vec<&CutLine> = lines.iter().filter(|line| line.cuts(&whole.polygon)).collect();
-        if lines.is_empty() {
-            if !covered(&whole) {
-                (self.open, self.pieces) = (1.0, vec![whole]);
-            }
-            return;
-        }
-        let mut pieces = vec![whole.polygon];
-        for line in lines {
-            if pieces.len() >= MAX_PIECES {
-                break;
-            }
-            pieces = pieces.iter().flat_map(|piece| line.cut_piece(piece)).collect();
-        }
-        let mut open: Vec<SurfacePiece> = pieces
-            .iter()
-            .flat_map(ConvexPolygon::quad_pieces)
-            .map(|corners| SurfacePiece::new(ConvexPolygon::new(distinct_corners(&corners)), whole.plane))
-            .filter(|piece| piece.area > 0.0)
-            .collect();
-        let count = open.len();
-        open.retain(|piece| !covered(piece));
+        let pieces = cut_piece(&whole, &lines);
+        let count = pieces.len();
+        let share = |pieces: &[SurfacePiece]| {
+            let area: f64 = pieces.iter().map(|piece| piece.area).sum();
+            (area / whole.area).min(1.0)
+        };
+        let (hidden, mut open): (Vec<_>, Vec<_>) = pieces.into_iter().partition(under_fronts);
+        self.under_fronts = share(&hidden);
+        open.retain(|piece| !under_body(piece));
         if open.len() == count {
             // No body stands here: a sheet cut the texel, or a line passed beside a body.
             open = vec![whole];
         }
-        self.open = (open.iter().map(|piece| piece.area).sum::<f64>() / whole.area).min(1.0);
+        self.open = share(&open);
         self.pieces = open;
     }
+}
+
+/// Returns the parts, of at most four corners, into which `lines` cut a piece.
+fn cut_piece(whole: &SurfacePiece, lines: &[&CutLine]) -> Vec<SurfacePiece> {
+    if lines.is_empty() {
+        return vec![*whole];
+    }
+    let mut pieces = vec![whole.polygon];
+    for line in lines {
+        if pieces.len() >= MAX_PIECES {
+            break;
+        }
+        pieces = pieces.iter().flat_map(|piece| line.cut_piece(piece)).collect();
+    }
+    let quads = pieces.iter().flat_map(ConvexPolygon::quad_pieces);
+    quads
+        .map(|corners| SurfacePiece::new(ConvexPolygon::new(distinct_corners(&corners)), whole.plane))
+        .filter(|piece| piece.area > 0.0)
+        .collect()
 }
 
 /// The lines in which other faces meet a face's plane.
 struct CoveringLines {
     face: usize,
     lines: Vec<CutLine>,
-    /// Earlier fronts in the same plane.
-    earlier: Vec<u32>,
+    /// Fronts in the same plane that precede the face.
+    preceding: Vec<u32>,
 }
 
 impl CoveringLines {
-    fn new(occluders: &Occluders, face: usize) -> Self {
+    fn new(mesh: &Mesh, occluders: &Occluders, face: usize) -> Self {
         let own = &occluders.faces[face];
         let mut cover = Self {
             face,
             lines: Vec::new(),
-            earlier: Vec::new(),
+            preceding: Vec::new(),
         };
         // Faces whose boxes do not overlap cut none of its texels.
         for k in occluders.faces_near(&own.polygon) {
@@ -289,10 +304,10 @@ impl CoveringLines {
             }
             let coplanar = low >= -TOUCH_DISTANCE && high <= TOUCH_DISTANCE;
             if coplanar && own.plane.normal.dot(other.plane.normal) > 0.0 {
-                if k > face {
+                if mesh.faces[face].precedes(&mesh.faces[k]) {
                     continue;
                 }
-                cover.earlier.push(k as u32);
+                cover.preceding.push(k as u32);
             }
             if coplanar {
                 let edges = other.polygon.edges().map(|[a, b]| CutLine::new(a, b, &own.plane));
@@ -304,9 +319,9 @@ impl CoveringLines {
         cover
     }
 
-    /// Returns true if the piece lies under an earlier front of its plane.
-    fn is_under_earlier(&self, occluders: &Occluders, piece: &SurfacePiece) -> bool {
-        self.earlier.iter().any(|k| {
+    /// Returns true if the piece lies under a preceding front of its plane.
+    fn is_under_fronts(&self, occluders: &Occluders, piece: &SurfacePiece) -> bool {
+        self.preceding.iter().any(|k| {
             let face = &occluders.faces[*k as usize];
             face.polygon
                 .edges()

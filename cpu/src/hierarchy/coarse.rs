@@ -10,8 +10,8 @@ use common::mesh::Mesh;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Least open share by which a node's irradiance is divided.
-const MIN_OPEN_SHARE: f32 = 0.05;
+/// Least share of a node's area by which its irradiance is divided.
+const MIN_REACHED_SHARE: f32 = 0.05;
 /// Index of a node that is not coarse.
 const NO_COARSE_NODE: u32 = u32::MAX;
 
@@ -29,8 +29,10 @@ struct CoarseNode {
     node: u32,
     /// Open area.
     area: f32,
-    /// Open share of the node's area.
-    open: f32,
+    /// Area that others see, and the open share of it.
+    source: (f32, f32),
+    /// Share of the node's area that light reaches.
+    reached: f32,
     reflectance: Vec3,
 }
 
@@ -56,15 +58,16 @@ pub struct CoarseNodes {
 }
 
 impl CoarseNodes {
-    /// Selects the largest nodes that are `coarse`; `area` is the open area of each texel.
-    pub fn new(mesh: &Mesh, tree: &TexelTree, coarse: impl Fn(u32) -> bool + Sync, area: &[f32]) -> Self {
+    /// Selects the largest nodes that are `coarse`; `areas` are the open area of each texel and its
+    /// area under preceding fronts.
+    pub fn new(mesh: &Mesh, tree: &TexelTree, coarse: impl Fn(u32) -> bool + Sync, areas: [&[f32]; 2]) -> Self {
         let receivers = ReceiverBlocks::new(mesh, |f| {
             let nodes = tree.largest_nodes(f, &coarse).into_iter();
             nodes.map(|k| Spot::of_node(tree, k)).collect()
         });
         let lanes = receivers.blocks.iter();
         let nodes = lanes.flat_map(|block| block.target[..block.count].to_vec());
-        let nodes: Vec<CoarseNode> = nodes.map(|k| CoarseNode::new(mesh, tree, k, area)).collect();
+        let nodes: Vec<CoarseNode> = nodes.map(|k| CoarseNode::new(mesh, tree, k, areas)).collect();
         let mut index = vec![NO_COARSE_NODE; tree.nodes.len()];
         let mut above = Vec::new();
         let mut slot = vec![NO_COARSE_NODE; tree.nodes.len()];
@@ -122,7 +125,7 @@ impl CoarseNodes {
         let lanes =
             blocks.flat_map(|(block, sums)| (0..block.count).map(|l| Vec3::new(sums[0][l], sums[1][l], sums[2][l])));
         let nodes = self.nodes.iter().zip(&self.cap);
-        let share = |(h, (coarse, cap)): (Vec3, (&CoarseNode, &f32))| h * *cap / coarse.open.max(MIN_OPEN_SHARE);
+        let share = |(h, (coarse, cap)): (Vec3, (&CoarseNode, &f32))| h * *cap / coarse.reached.max(MIN_REACHED_SHARE);
         lanes.zip(nodes).map(share).collect()
     }
 
@@ -174,7 +177,7 @@ impl CoarseNodes {
     fn fit_nodes(&self, tree: &TexelTree, values: &[Vec3], sources: &mut [LinearRadiosity]) {
         let part = |k: u32| {
             let n = self.index[k as usize];
-            (n != NO_COARSE_NODE).then(|| (self.nodes[n as usize].area, values[n as usize]))
+            (n != NO_COARSE_NODE).then(|| self.nodes[n as usize].as_source(values[n as usize]))
         };
         let slot = |k: u32| self.slot[k as usize] as usize;
         pull_nodes(tree, &self.above, slot, part, sources);
@@ -184,7 +187,7 @@ impl CoarseNodes {
         }
     }
 
-    /// Sets the coarse nodes and their ancestors to the mean over their open area, without slope.
+    /// Sets the coarse nodes and their ancestors to the mean over the area that others see, without slope.
     fn average_nodes(&self, tree: &TexelTree, values: &[Vec3], sources: &mut [LinearRadiosity]) {
         let mut sums = vec![(0.0, Vec3::ZERO); self.above.len()];
         for (n, k) in self.above.iter().enumerate() {
@@ -193,8 +196,8 @@ impl CoarseNodes {
                 let parts = children.map(|child| sums[self.slot[child as usize] as usize]);
                 parts.fold((0.0, Vec3::ZERO), |sum, part| (sum.0 + part.0, sum.1 + part.1))
             } else {
-                let area = self.nodes[index as usize].area;
-                (area, values[index as usize] * area)
+                let (area, value) = self.nodes[index as usize].as_source(values[index as usize]);
+                (area, value * area)
             };
             sums[n] = (area, light);
             sources[*k as usize] = LinearRadiosity {
@@ -226,17 +229,31 @@ impl CoarseNodes {
 }
 
 impl CoarseNode {
-    fn new(mesh: &Mesh, tree: &TexelTree, node: u32, area: &[f32]) -> Self {
-        let leaves = tree.leaves_of(node).iter();
-        let open: f32 = leaves.map(|leaf| area[leaf.texel as usize]).sum();
-        let all = tree.nodes[node as usize].shooter.area;
+    fn new(mesh: &Mesh, tree: &TexelTree, node: u32, areas: [&[f32]; 2]) -> Self {
+        let leaves = tree.leaves_of(node);
+        let [open, dark] = areas.map(|area| leaves.iter().map(|leaf| area[leaf.texel as usize]).sum::<f32>());
+        let (source, all) = (source_area(open, dark), tree.nodes[node as usize].shooter.area);
         Self {
             node,
             reflectance: tree.mean_reflectance(mesh, node),
             area: open,
-            open: if all > 0.0 { (open / all).min(1.0) } else { 1.0 },
+            source,
+            reached: if all > 0.0 { (source.0 / all).min(1.0) } else { 1.0 },
         }
     }
+
+    /// Returns the area that others see, and the mean over it of a radiosity of the open part.
+    fn as_source(&self, radiosity: Vec3) -> (f32, Vec3) {
+        let (area, open) = self.source;
+        (area, radiosity * open)
+    }
+}
+
+/// Returns the area that others see of an `open` one and one under preceding fronts, which is `dark`, and the open share of
+/// it.
+pub fn source_area(open: f32, dark: f32) -> (f32, f32) {
+    let area = open + dark;
+    (area, if dark > 0.0 { open / area } else { 1.0 })
 }
 
 /// Gathers the `radiosity` of the sources over `links` at each block.

@@ -10,7 +10,8 @@ const MIN_SECOND_MOMENT: f64 = 1e-12;
 /// Radiosity over a node, about its centre.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LinearRadiosity {
-    /// Value of the linear fit at the node's centre; the fit is over the open part.
+    /// Value of the linear fit at the node's centre; the fit is over the open part, and over what lies under preceding
+    /// fronts, which is dark.
     pub mean: Vec3,
     /// Slope along the face's tangent and bitangent, per unit of length.
     pub slope: [Vec3; 2],

@@ -8,7 +8,6 @@
 //! K₀ and K are transport without and with the objects. Receivers whose view no object occludes are skipped.
 
 use crate::hierarchy::final_gather::ReceiverSelection;
-use crate::hierarchy::linear_radiosity::pull_radiosity;
 use crate::hierarchy::linker::{LinkMethod, RequestedLight};
 use crate::hierarchy::solver::{ErrorBudget, HierarchicalSolver, TexelSolution, with_solver};
 use crate::occlusion::occluders::Occluders;
@@ -69,8 +68,7 @@ fn solve_change(
     solver.known = on_room(known.irradiance);
     solver.scale = solver.inverse_rms(&vec![Vec3::ZERO; mesh.texels.len()]);
     let area: Vec<f32> = texels().map(|k| mesh.texels[k].area * known.open[k]).collect();
-    let tree = solver.scene.tree;
-    let sources = pull_radiosity(tree, &area, &on_room(known.radiosity));
+    let sources = solver.fit_open_parts(&area, &on_room(known.radiosity));
 
     let objects = Occluders::from_objects(mesh);
     let room = 0..mesh.room_faces as usize;

@@ -9,7 +9,7 @@
 
 use crate::dense::open_area::{Element, covered_elements};
 use crate::hierarchy::block::ReceiverBlocks;
-use crate::hierarchy::coarse::{CoarseNodes, StoredLink, add_fields, gather_over_links};
+use crate::hierarchy::coarse::{CoarseNodes, StoredLink, add_fields, gather_over_links, source_area};
 use crate::hierarchy::cpu_linker::CpuLinker;
 use crate::hierarchy::final_gather::{CoveredTexels, FinalGather, ReceiverSelection};
 use crate::hierarchy::iterate::BounceIteration;
@@ -244,6 +244,8 @@ pub(super) struct HierarchicalSolver<'a> {
     pub(super) open: Vec<f32>,
     /// Open area of each texel.
     pub(super) area: Vec<f32>,
+    /// Area of each texel under fronts that precede its face.
+    under_fronts: Vec<f32>,
     pub(super) coarse: CoarseNodes,
     pub(super) covered: CoveredTexels,
     pub(super) links: u64,
@@ -268,9 +270,13 @@ impl<'a> HierarchicalSolver<'a> {
         covered: &[(u32, Element)],
     ) -> Self {
         let mesh = scene.mesh;
-        let mut open = vec![1.0; mesh.texels.len()];
+        let (mut open, mut under_fronts) = (vec![1.0; mesh.texels.len()], vec![0.0; mesh.texels.len()]);
         for (k, element) in covered {
             open[*k as usize] = element.open as f32;
+            under_fronts[*k as usize] = element.under_fronts as f32;
+        }
+        for leaf in &scene.tree.leaves {
+            under_fronts[leaf.texel as usize] *= scene.tree.nodes[leaf.node as usize].shooter.area;
         }
         let area: Vec<f32> = mesh.texels.iter().zip(&open).map(|(t, o)| t.area * o).collect();
         let is_coarse = |k: u32| {
@@ -284,7 +290,7 @@ impl<'a> HierarchicalSolver<'a> {
             radius <= MAX_COARSE_RADIUS && (radius <= MIN_COARSE_RADIUS || is_accurate())
         };
         Self {
-            coarse: CoarseNodes::new(mesh, scene.tree, is_coarse, &area),
+            coarse: CoarseNodes::new(mesh, scene.tree, is_coarse, [&area, &under_fronts]),
             covered: CoveredTexels::new(scene.tree, covered),
             albedo: {
                 let roots = scene.tree.roots.iter();
@@ -297,6 +303,7 @@ impl<'a> HierarchicalSolver<'a> {
             scale: Vec3::ONE,
             open,
             area,
+            under_fronts,
             links: 0,
             passes: 0,
         }
@@ -441,7 +448,20 @@ impl<'a> HierarchicalSolver<'a> {
 
     /// Fits the radiosity of all nodes to the values of the texels' open parts.
     pub(super) fn fit_sources(&self, values: &[Vec3]) -> Vec<LinearRadiosity> {
-        pull_radiosity(self.scene.tree, &self.area, values)
+        self.fit_open_parts(&self.area, values)
+    }
+
+    /// Fits the radiosity of all nodes to `values` of open parts of the texels, whose areas are `open`. What lies under
+    /// preceding fronts is hidden from no one and shines nothing: such an area counts as dark.
+    pub(super) fn fit_open_parts(&self, open: &[f32], values: &[Vec3]) -> Vec<LinearRadiosity> {
+        let areas = open.iter().zip(&self.under_fronts);
+        let (areas, shares): (Vec<f32>, Vec<f32>) = areas.map(|(open, dark)| source_area(*open, *dark)).unzip();
+        let values: Vec<Vec3> = values
+            .iter()
+            .zip(&shares)
+            .map(|(value, share)| *value * *share)
+            .collect();
+        pull_radiosity(self.scene.tree, &areas, &values)
     }
 
     /// Gathers the light that arrives from the sources of this `radiosity` at all texels: the mean over each one's area.

@@ -49,7 +49,7 @@ pub fn collect_warnings(scene: &Scene, mesh: &Mesh, run: &SolveRun, estimate: Op
             code: WarningCode::Overlap,
             faces,
             message: format!(
-                "{} pairs of fronts lie on each other: only the first of each is lit; remove the other",
+                "{} pairs of fronts lie on each other: only one of each is lit, a lamp or else the first in the file",
                 mesh.overlaps.len()
             ),
         });

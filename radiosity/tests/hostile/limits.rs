@@ -70,7 +70,7 @@ fn duplicated_room_is_as_bright_as_single_one() {
     let folder = folder_with_room();
     let solve = |name: &str| {
         let end = folder.succeed(&format!("shoot {name} --solver cpu --texels 4 --patches 2 --samples 4"));
-        let noted = end.stderr.contains("only the first of each is lit");
+        let noted = end.stderr.contains("only one of each is lit");
         (absorbed_and_emitted(&folder), noted)
     };
     let ([absorbed, emitted], noted) = solve("room.obj");
