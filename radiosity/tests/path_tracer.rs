@@ -171,6 +171,50 @@ fn two_sided_walls_are_lit_as_one_sided_ones() {
     }
 }
 
+/// A lamp in the plane of a ceiling, before it in the file or twice after it, lights the room as one in a hole of the ceiling.
+#[test]
+fn lamp_in_the_plane_of_a_ceiling_is_met() {
+    let mut faces = unit_room(0.7);
+    let ceiling = faces
+        .iter()
+        .position(|face| face.corners.iter().all(|corner| corner.z == 1.0));
+    let whole = faces.remove(ceiling.expect("a ceiling"));
+    // The lamp is black: where the ceiling is met instead, there is more light.
+    let strip = |x: [f64; 2], emission: f32| {
+        let corners = [[x[0], 0.0], [x[0], 1.0], [x[1], 1.0], [x[1], 0.0]].map(|[x, y]| DVec3::new(x, y, 1.0));
+        Face::quad(
+            "strip",
+            corners,
+            Vec3::splat(emission),
+            whole.reflectance * (1.0 - emission),
+        )
+    };
+    let lamp = strip([0.4, 0.7], 1.0);
+    let [beside, around] = [strip([0.0, 0.4], 0.0), strip([0.7, 1.0], 0.0)];
+    let [cut, after, before] = [
+        vec![lamp.clone(), beside, around],
+        vec![lamp.clone(), whole.clone()],
+        vec![whole.clone(), lamp.clone(), lamp],
+    ]
+    .map(|ceiling| {
+        let scene = scene_of([faces.clone(), ceiling].concat());
+        let traced = trace_radiosity(&scene, &uniform_mesh(&scene, 1), 8000, 9);
+        // The floor; what the ceiling reflects in all.
+        let of_ceiling = (5..traced.reflected.values.len())
+            .filter(|k| scene.faces[*k].emission == Vec3::ZERO)
+            .map(|k| (traced.reflected.values[k].x * scene.faces[k].area(), traced.error[k].x));
+        let ceiling = of_ceiling.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1));
+        [(traced.reflected.values[0].x, traced.error[0].x), ceiling]
+    });
+    for ((expected, error), (found, own)) in cut.into_iter().chain(cut).zip(after.into_iter().chain(before)) {
+        let off = (found - expected) / error.hypot(own);
+        assert!(
+            expected > 0.0 && off.abs() < SIGMAS,
+            "{found} instead of {expected}: {off:.1} standard errors"
+        );
+    }
+}
+
 #[test]
 fn same_seed_gives_same_result() {
     let scene = draw_scene(1, FaceShapes::Quads).scene;

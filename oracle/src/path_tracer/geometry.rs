@@ -1,7 +1,7 @@
 //! Triangles of a scene, their intersection with rays, and sampling of lamps. Only the path tracer uses it.
 
 use super::tree::BoxTree;
-use common::mesh::Mesh;
+use common::mesh::{Mesh, MeshFace};
 use common::scene::{Face, Scene, Shape};
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::PI;
@@ -9,8 +9,8 @@ use std::f64::consts::PI;
 /// Distance of a ray's origin in front of its face, as a share of the scene's extent. It lies inside any body that
 /// stands on the face, so that the ray meets the body's back; it is far less than any gap and far more than rounding.
 const RAY_ORIGIN_OFFSET: f64 = 1e-9;
-/// Distance within which a front and a back coincide, as a share of the scene's extent; a ray then meets the front
-/// (the other side of a sheet).
+/// Distance within which faces coincide, as a share of the scene's extent: of a front and a back a ray then meets the
+/// front (the other side of a sheet), of two fronts the one that precedes the other.
 const COINCIDENCE_TOLERANCE: f64 = 1e-10;
 
 /// A point of a face's front.
@@ -83,24 +83,31 @@ pub struct SceneGeometry {
     triangles: Vec<RayTriangle>,
     tree: BoxTree,
     pub normals: Vec<DVec3>,
-    /// True for faces that are one of a sheet's two sides.
-    two_sided: Vec<bool>,
+    /// The faces as the solvers see them.
+    faces: Vec<MeshFace>,
+    /// True for faces on which a front lies that precedes them.
+    overlapped: Vec<bool>,
     extent: f64,
 }
 
 impl SceneGeometry {
-    /// Creates the geometry of `scene`, of which `mesh` tells the sheets.
+    /// Creates the geometry of `scene`, of which `mesh` tells sheets and overlaps.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Self {
         let faces = scene.faces.iter().enumerate();
         let [low, high] = scene.bounds();
         let extent = (high - low).max_element();
         let triangles: Vec<RayTriangle> = faces.flat_map(face_triangles).collect();
+        let mut overlapped = vec![false; mesh.faces.len()];
+        for [_, under] in &mesh.overlaps {
+            overlapped[*under as usize] = true;
+        }
         let boxes: Vec<_> = triangles.iter().map(RayTriangle::bounds).collect();
         Self {
             tree: BoxTree::new(&boxes, extent),
             triangles,
             normals: scene.faces.iter().map(|f| f.vector_area().normalize()).collect(),
-            two_sided: mesh.faces.iter().map(|face| face.two_sided).collect(),
+            faces: mesh.faces.clone(),
+            overlapped,
             extent,
         }
     }
@@ -119,11 +126,13 @@ impl SceneGeometry {
             };
             if !is_front {
                 // Of a sheet's two sides the ray meets only the front.
-                if self.two_sided[triangle.face] {
+                if self.faces[triangle.face].two_sided {
                     return;
                 }
                 back = t.min(back);
-            } else if front.is_none_or(|(_, other)| t < other) {
+            } else if front.is_none_or(|(other, nearest)| {
+                t < nearest - same || (t < nearest + same && self.faces[triangle.face].precedes(&self.faces[other]))
+            }) {
                 front = Some((triangle.face, t));
             }
             *end = end.min(t + same);
@@ -135,6 +144,14 @@ impl SceneGeometry {
             }
             _ => (None, back.is_finite()),
         }
+    }
+
+    /// True if a point lies under a front that precedes its own.
+    pub fn is_under_front(&self, at: &SurfacePoint) -> bool {
+        let is_near = |p: DVec3| p.distance(at.position) <= RAY_ORIGIN_OFFSET * self.extent;
+        let met = || self.trace_ray(at, -self.normals[at.face]).0;
+        self.overlapped[at.face]
+            && met().is_some_and(|over| is_near(over.position) && self.faces[over.face].precedes(&self.faces[at.face]))
     }
 
     /// True if a point lies inside a body with a side on a wall, which light would enter because wall and side look

@@ -259,7 +259,8 @@ impl Tracer<'_> {
             for k in 0..paths {
                 let mut source = PathSampler::new(k, seed, seeds);
                 let at = sample_triangles(halves, *face, &mut source);
-                if !self.geometry.is_within(&at, &self.probe_directions) {
+                let hidden = self.geometry.is_under_front(&at) || self.geometry.is_within(&at, &self.probe_directions);
+                if !hidden {
                     let [reflectance, _] = self.reflectance_and_emission(&at);
                     set += reflectance * self.trace_path(&mut source, at);
                 }
@@ -319,7 +320,7 @@ impl Tracer<'_> {
             let share = light.element_sum();
             if chosen >= share {
                 chosen -= share;
-            } else if !self.geometry.is_occluded(at, &lamp) {
+            } else if !self.geometry.is_under_front(&lamp) && !self.geometry.is_occluded(at, &lamp) {
                 return light * (sum / share);
             } else {
                 return DVec3::ZERO;
