@@ -221,3 +221,58 @@ fn viewer_reacts_to_pointer_and_keys() {
     // Every action changed the picture.
     assert_eq!(pictures.len(), drawn.len(), "{did}");
 }
+
+/// Points at a canvas in rows and columns, and hands over the texels.
+const POINT_EVERYWHERE: &str = "
+  const viewer = document.querySelector('.viewer').open();
+  const { clientWidth, clientHeight } = viewer.canvas;
+  const texels = [];
+  for (let j = 0; j < 24; j++) for (let i = 0; i < 24; i++) {
+    texels.push(viewer.pick((i + 0.5) / 24 * clientWidth, (j + 0.5) / 24 * clientHeight));
+  }
+  hand_over(texels);
+";
+
+/// A lamp in the plane of a ceiling, after it in the file, hides what lies under it.
+#[test]
+fn lamp_in_the_plane_of_a_ceiling_is_drawn_before_it() {
+    let Some(browser) = browser_for("lamp_in_the_plane_of_a_ceiling_is_drawn_before_it") else {
+        return;
+    };
+    let folder = TestFolder::new();
+    let quads = [
+        "0 0 0  0 0 2  2 0 2  2 0 0",
+        "0 2 0  2 2 0  2 2 2  0 2 2",
+        "0 0 0  2 0 0  2 2 0  0 2 0",
+        "0.3 2 0.2  1.8 2 0.2  1.8 2 1.9  0.3 2 1.9",
+    ];
+    let mut text = String::from("mtllib flush.mtl\n");
+    for (k, quad) in quads.iter().enumerate() {
+        let numbers: Vec<&str> = quad.split_whitespace().collect();
+        numbers
+            .chunks(3)
+            .for_each(|corner| text += &format!("v {}\n", corner.join(" ")));
+        let material = if k == 3 { "lamp" } else { "wall" };
+        text += &format!("usemtl {material}\nf -4 -3 -2 -1\n");
+    }
+    folder.write("flush.obj", text);
+    folder.write("flush.mtl", "newmtl wall\nKd 0.5 0.5 0.5\nnewmtl lamp\nKe 1 1 1\n");
+    folder.succeed("solve flush.obj --solver cpu --error 5% --out flush");
+    let page = folder.read_text("flush/view.html");
+    folder.write("pointed.html", with_script(&page, POINT_EVERYWHERE));
+    let texels = page_outcome(&browser, &folder.path("pointed.html"));
+    let stored = StoredSolution::read(&folder.path("flush")).unwrap();
+    let mesh = Mesh::new(&stored.scene, &stored.resolutions, 1).unwrap();
+    let order = mesh.texels_in_face_order();
+    let (mut lamp, mut covered) = (0, 0);
+    for k in texels.as_array().unwrap().iter().filter_map(Value::as_u64) {
+        let texel = &mesh.texels[order[k as usize]];
+        if texel.emission != Vec3::ZERO {
+            lamp += 1;
+        } else if texel.face == 1 && stored.others["irradiance"][k as usize] == Vec3::ZERO {
+            covered += 1;
+        }
+    }
+    assert!(lamp > 20, "{lamp} points of the lamp");
+    assert_eq!(covered, 0, "beside {lamp} points of the lamp");
+}

@@ -162,6 +162,7 @@ impl<'a> SceneViewer<'a> {
             "texels": self.surface.mesh.texels.len(),
             "light": self.stores_light(),
             "names": self.face_names().0,
+            "under": self.faces_under_others(),
             "layers": self.layers.iter().map(|layer| layer.name).collect::<Vec<_>>(),
             "surfaces": self.layers.len(),
             "by_texel": !self.layers.iter().all(|layer| is_constant_per_face(layer.mesh)),
@@ -183,6 +184,14 @@ impl<'a> SceneViewer<'a> {
             "rising": rising.collect::<Vec<_>>(),
             "signed": DIVERGING_COLOURS.map(linear),
         })
+    }
+
+    /// Returns the faces on which a front lies that precedes them: they are drawn behind it.
+    fn faces_under_others(&self) -> Vec<u32> {
+        let mut under: Vec<u32> = self.surface.mesh.overlaps.iter().map(|pair| pair[1]).collect();
+        under.sort_unstable();
+        under.dedup();
+        under
     }
 
     /// Returns the distinct face names and each face's index into them.

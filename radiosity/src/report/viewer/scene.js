@@ -112,24 +112,34 @@ function build(scene) {
   return { positions: new Float32Array(positions), rings, corner_of, face_of, places };
 }
 
-// Builds the triangles of each texel, between the mean of its corners and its ring.
-function fans(shape) {
+// Builds the triangles of each texel, between the mean of its corners and its ring. Those of faces that lie `under` others
+// come first, as the `behind` first numbers of `index`.
+function fans(shape, under) {
   const vertices = shape.rings.reduce((sum, ring) => sum + ring.length + 1, 0);
   const place = new Float32Array(3 * vertices);
   const inside = new Float32Array(vertices);
   const ids = new Uint8Array(4 * vertices);
   const index = new Uint32Array(3 * (vertices - shape.rings.length));
-  let v = 0, n = 0;
+  const covered = new Set(under);
+  const is_under = (k) => covered.has(shape.face_of[k]);
+  const behind = shape.rings.reduce((sum, ring, k) => sum + (is_under(k) ? 3 * ring.length : 0), 0);
+  let v = 0, back = 0, front = behind;
   shape.rings.forEach((ring, k) => {
+    let n = is_under(k) ? back : front;
     const [first, middle, id] = [v, v + ring.length, k + 1];
     mean(place, shape.positions, ring, shape.corner_of[k], first);
     inside[middle] = 1;
     for (; v <= middle; v++) {
       ids.set([id & 255, (id >> 8) & 255, (id >> 16) & 255, 255], 4 * v);
-      if (v < middle) index.set([middle, v, v + 1 < middle ? v + 1 : first], 3 * n++);
+      if (v < middle) {
+        index.set([middle, v, v + 1 < middle ? v + 1 : first], n);
+        n += 3;
+      }
     }
+    if (is_under(k)) back = n;
+    else front = n;
   });
-  return { place, inside, ids, index, vertices };
+  return { place, inside, ids, index, behind, vertices };
 }
 
 // Writes the vectors of a ring, then the mean of its corners, to the vertices from `first` on.

@@ -66,7 +66,7 @@ class Viewer {
     this.told = element.querySelector(".told");
     this.scene = read(element);
     this.shape = build(this.scene);
-    this.fan = fans(this.shape);
+    this.fan = fans(this.shape, this.scene.under);
     this.light = new Float32Array(3 * this.fan.vertices);
     this.what = "radiosity";
     this.layer = 0;
@@ -118,6 +118,7 @@ class Viewer {
     gl.uniform3fv(this.uniform("signed_"), this.scene.signed.flat());
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.CULL_FACE);
+    gl.polygonOffset(1, 1);
     this.lines.open(gl);
     this.show();
   }
@@ -286,7 +287,11 @@ class Viewer {
     gl.uniform1f(this.uniform("gain"), 2 ** this.stops / this.full);
     gl.uniform1f(this.uniform("decades"), DECADES);
     gl.uniform1i(this.uniform("grid"), this.grid ? 1 : 0);
-    gl.drawElements(gl.TRIANGLES, this.fan.index.length, gl.UNSIGNED_INT, 0);
+    const { index, behind } = this.fan;
+    gl.enable(gl.POLYGON_OFFSET_FILL);
+    gl.drawElements(gl.TRIANGLES, behind, gl.UNSIGNED_INT, 0);
+    gl.disable(gl.POLYGON_OFFSET_FILL);
+    gl.drawElements(gl.TRIANGLES, index.length - behind, gl.UNSIGNED_INT, 4 * behind);
     if (mode !== 3) this.lines.draw(gl, camera, [w, h], scale);
   }
 
