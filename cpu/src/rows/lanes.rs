@@ -196,10 +196,11 @@ pub fn mark_below_horizon(
 /// Marks the lanes whose ray from `q` the `face` blocks: [`common::rays::Rays::is_visible`] of one face.
 #[inline(always)]
 pub fn mark_blocked(face: &MeshFace, q: Vec3, points: &LanePoints, blocked: &mut [bool; LANE_COUNT]) {
+    let (plane, edges) = (face.plane, face.edges);
     for (l, blocked) in blocked.iter_mut().enumerate() {
         let p = points.at(l);
         let [from, to] = start_near(q, p);
-        let hit = intersect_planes(face.plane, face.edges, from, (to - from) / RAY_REACH);
+        let hit = intersect_planes(plane, edges, from, (to - from) / RAY_REACH);
         *blocked |= hit.stops_ray(RAY_REACH) & !touches_plane(face, p);
     }
 }
