@@ -295,6 +295,15 @@ impl Mesh {
         order
     }
 
+    /// Returns for each face whether a front that precedes it lies on it.
+    pub fn find_overlapped(&self) -> Vec<bool> {
+        let mut overlapped = vec![false; self.faces.len()];
+        for [_, under] in &self.overlaps {
+            overlapped[*under as usize] = true;
+        }
+        overlapped
+    }
+
     /// Returns whether a face belongs to an object that was put into the room.
     pub fn is_object(&self, face: u32) -> bool {
         face >= self.room_faces

@@ -7,9 +7,9 @@ use radiosity_tests::factor_cases::rectangle;
 use radiosity_tests::{box_faces, named_scene};
 
 /// Reflectance of the walls.
-const REFLECTANCE: Vec3 = Vec3::splat(0.6);
+const WALL_REFLECTANCE: Vec3 = Vec3::splat(0.6);
 /// Sides of the lamp along x and z, across texels.
-const LAMP: [[f64; 2]; 2] = [[0.68, 1.31], [0.55, 1.19]];
+const LAMP_SIDES: [[f64; 2]; 2] = [[0.68, 1.31], [0.55, 1.19]];
 
 /// Excess of the light by shots: texels receive as a whole if only a part of their patch lies under the lamp. Of the room's
 /// surface of 24 these are less than the lamp's 0.41, and each bounce of their light, ρ/(1 − ρ) in all, is too much.
@@ -19,12 +19,12 @@ const SHOTS_EXCESS: f64 = 0.41 / 24.0 * 0.6 / 0.4;
 fn ceiling_part([x, z]: [[f64; 2]; 2], emission: Vec3) -> Face {
     let along = [[x[1] - x[0], 0.0, 0.0], [0.0, 0.0, z[1] - z[0]]];
     let corners = rectangle([x[0], 2.0, z[0]], along[0], along[1]);
-    Face::quad("ceiling", corners, emission, REFLECTANCE)
+    Face::quad("ceiling", corners, emission, WALL_REFLECTANCE)
 }
 
 /// Floor and walls of the room; the floor is the first.
 fn room_below_ceiling() -> Vec<Face> {
-    let mut faces = box_faces(DVec3::ZERO, DVec3::splat(2.0), true, Vec3::ZERO, REFLECTANCE);
+    let mut faces = box_faces(DVec3::ZERO, DVec3::splat(2.0), true, Vec3::ZERO, WALL_REFLECTANCE);
     faces.retain(|face| face.corners.iter().any(|corner| corner.y == 0.0));
     let is_floor = |face: &Face| face.corners.iter().all(|corner| corner.y == 0.0);
     faces.sort_by_key(|face| !is_floor(face));
@@ -32,9 +32,9 @@ fn room_below_ceiling() -> Vec<Face> {
 }
 
 /// The same room three times: the ceiling around the lamp, a whole ceiling after the lamp, and one before it.
-fn rooms() -> [Scene; 3] {
-    let lamp = ceiling_part(LAMP, Vec3::splat(10.0));
-    let [[x0, x1], [z0, z1]] = LAMP;
+fn draw_rooms() -> [Scene; 3] {
+    let lamp = ceiling_part(LAMP_SIDES, Vec3::splat(10.0));
+    let [[x0, x1], [z0, z1]] = LAMP_SIDES;
     let around = [
         [[0.0, 2.0], [0.0, z0]],
         [[0.0, 2.0], [z1, 2.0]],
@@ -61,7 +61,7 @@ fn find_irradiance(scene: &Scene) -> Vec<(&'static str, [f64; 2])> {
 
 #[test]
 fn lamp_in_the_plane_of_a_ceiling_lights_the_room() {
-    let [around, after, before] = rooms().map(|scene| find_irradiance(&scene));
+    let [around, after, before] = draw_rooms().map(|scene| find_irradiance(&scene));
     for ((name, expected), (after, before)) in around.into_iter().zip(after.into_iter().zip(before)) {
         assert!(expected.iter().all(|h| *h > 0.1), "{name}: {expected:?}");
         for found in [after.1, before.1] {

@@ -97,17 +97,13 @@ impl SceneGeometry {
         let [low, high] = scene.bounds();
         let extent = (high - low).max_element();
         let triangles: Vec<RayTriangle> = faces.flat_map(face_triangles).collect();
-        let mut overlapped = vec![false; mesh.faces.len()];
-        for [_, under] in &mesh.overlaps {
-            overlapped[*under as usize] = true;
-        }
         let boxes: Vec<_> = triangles.iter().map(RayTriangle::bounds).collect();
         Self {
             tree: BoxTree::new(&boxes, extent),
             triangles,
             normals: scene.faces.iter().map(|f| f.vector_area().normalize()).collect(),
             faces: mesh.faces.clone(),
-            overlapped,
+            overlapped: mesh.find_overlapped(),
             extent,
         }
     }

@@ -188,10 +188,8 @@ impl<'a> SceneViewer<'a> {
 
     /// Returns the faces on which a front lies that precedes them: they are drawn behind it.
     fn faces_under_others(&self) -> Vec<u32> {
-        let mut under: Vec<u32> = self.surface.mesh.overlaps.iter().map(|pair| pair[1]).collect();
-        under.sort_unstable();
-        under.dedup();
-        under
+        let overlapped = (0..).zip(self.surface.mesh.find_overlapped());
+        overlapped.filter(|(_, under)| *under).map(|(k, _)| k).collect()
     }
 
     /// Returns the distinct face names and each face's index into them.
