@@ -52,7 +52,7 @@ pub struct LinkThresholds {
     pub source: f32,
     /// From sampled visibility.
     pub visibility: f32,
-    /// From the size of a receiver spot.
+    /// From the size of a receiver spot, and from what hides just the bright part of a source.
     pub near: f32,
     /// Change at a shadow's edge that is followed.
     pub edge: f32,

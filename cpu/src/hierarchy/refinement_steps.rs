@@ -117,7 +117,7 @@ pub fn refine_by_visibility(
     let [_, second, subdivide, max] = VISIBILITY_SAMPLE_COUNTS;
     let shines = bound.factor * (light.mean + light.rest);
     let required = required_samples(shines, seen, thresholds.visibility);
-    let hidden = bound.factor * light.rest * visibility_deviation(seen).max(0.125) / thresholds.source;
+    let hidden = bound.factor * light.rest * visibility_deviation(seen).max(0.125) / thresholds.near;
     if !leaf && (hidden > 1.0 || required > subdivide as f32) {
         return None;
     }

@@ -155,7 +155,7 @@ fn refine_by_visibility(@builtin(workgroup_id) group: vec3u, @builtin(num_workgr
     pairs[pair].samples = 0u;
     let shines = pairs[pair].factor * (pairs[pair].mean + pairs[pair].rest);
     let seen = visible_fraction(pair);
-    let hides = pairs[pair].factor * pairs[pair].rest * max(visibility_deviation(seen), 0.125) / request.source;
+    let hides = pairs[pair].factor * pairs[pair].rest * max(visibility_deviation(seen), 0.125) / request.near;
     let samples = required_samples(shines, seen, request.visibility);
     if !is_leaf(pair) && (hides > 1.0 || samples > f32(SAMPLES_SUBDIVIDE)) {
         pairs[pair].state = PAIR_SUBDIVIDE;
