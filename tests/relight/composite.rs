@@ -147,7 +147,7 @@ fn photograph_stays_on_the_walls_for_other_cameras() {
             let corner = |dx: usize, dy: usize| {
                 let x = ((k % 150 + dx) as f32 * 2.0 - 150.0) / 100.0;
                 let y = 1.0 - (k / 150 + dy) as f32 * 2.0 / 100.0;
-                wall(half, place, camera.ray_direction(x, y).as_dvec3())
+                wall(half, place, camera.ray_generator()(x, y).as_dvec3())
             };
             let seen = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];
             if seen.iter().all(|wall| *wall == seen[0]) {

@@ -51,7 +51,7 @@ impl RgbaPicture {
     /// Encodes a PNG file; empty for a picture without pixels.
     pub fn encode_png(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive);
+        let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive);
         let (w, h) = (self.width, self.height);
         match encoder.write_image(&self.rgba, w, h, ExtendedColorType::Rgba8) {
             Ok(()) => bytes,

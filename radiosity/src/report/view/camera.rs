@@ -6,6 +6,7 @@ use crate::report::format::format_number;
 use common::mesh::Mesh;
 use common::rays::Rays;
 use glam::{Mat3, Vec3};
+use rayon::prelude::*;
 
 /// View rays per side that score a viewpoint.
 const TRIAL_RAYS_PER_SIDE: u32 = 64;
@@ -57,12 +58,6 @@ impl Camera {
         (self.fov_degrees.clamp(0.01, 179.0).to_radians() / 2.0).tan()
     }
 
-    /// Returns the unit direction through a point of the picture, x right and y up: y is in −1…1, and x in
-    /// −w/h…w/h for w×h pixels.
-    pub fn ray_direction(&self, x: f32, y: f32) -> Vec3 {
-        self.ray_generator()(x, y)
-    }
-
     /// Iterates over the directions of the [`TRIAL_RAY_COUNT`] view rays that score a viewpoint.
     pub fn trial_directions(&self) -> impl Iterator<Item = Vec3> {
         let at = |k: u32| (k as f32 + 0.5) / TRIAL_RAYS_PER_SIDE as f32 * 2.0 - 1.0;
@@ -70,7 +65,8 @@ impl Camera {
         (0..TRIAL_RAY_COUNT).map(move |k| ray(at(k % TRIAL_RAYS_PER_SIDE), at(k / TRIAL_RAYS_PER_SIDE)))
     }
 
-    /// Returns [`Camera::ray_direction`] as a function, prepared for many rays.
+    /// Returns the function from a point of the picture, x right and y up, to the unit direction through it: y is in
+    /// −1…1, and x in −w/h…w/h for w×h pixels.
     pub fn ray_generator(&self) -> impl Fn(f32, f32) -> Vec3 + use<> {
         let (frame, extent) = (self.camera_basis(), self.half_height());
         move |x, y| (frame * Vec3::new(x * extent, y * extent, 1.0)).normalize()
@@ -104,10 +100,13 @@ impl Camera {
     }
 
     fn best_view(mesh: &Mesh, rays: &Rays, face: Option<u32>, viewpoints: impl IntoIterator<Item = Vec3>) -> Self {
-        let mut best: Option<(f32, Self)> = None;
-        for towards_eye in viewpoints {
+        let viewpoints: Vec<Vec3> = viewpoints.into_iter().collect();
+        let scored = viewpoints.into_par_iter().map(|towards_eye| {
             let camera = Self::view_from_outside(mesh, towards_eye);
-            let score = camera.visible_share(mesh, rays, face);
+            (camera.visible_share(mesh, rays, face), camera)
+        });
+        let mut best: Option<(f32, Self)> = None;
+        for (score, camera) in scored.collect::<Vec<_>>() {
             if best.is_none_or(|(most, _)| score > most + MIN_SCORE_GAIN) {
                 best = Some((score, camera));
             }
@@ -190,7 +189,7 @@ mod tests {
     fn ray_directions_project_to_their_picture_points() {
         let camera = Camera::new(Vec3::new(1.0, 2.0, -5.0), Vec3::new(0.3, 0.0, 1.0), 50.0);
         for at in [[0.0, 0.0], [0.7, -0.4], [-1.0, 1.0]].map(Vec2::from) {
-            let p = camera.camera_basis().transpose() * camera.ray_direction(at.x, at.y);
+            let p = camera.camera_basis().transpose() * camera.ray_generator()(at.x, at.y);
             assert!(p.z > 0.0, "{at}");
             assert!(
                 (p.truncate() / p.z).distance(at * 25_f32.to_radians().tan()) < 1e-5,

@@ -12,8 +12,8 @@ use rayon::prelude::*;
 
 /// Samples per side of a pixel.
 const SAMPLES_PER_SIDE: u32 = 2;
-/// Every `STRIDE`th hit enters the choice of an exposure or a false-colour range.
-const RANGE_SAMPLE_STRIDE: usize = 5;
+/// Stride over the hits that choose an exposure or a false-colour range: odd, so that all columns take part.
+const RANGE_SAMPLE_STRIDE: usize = 29;
 
 /// Hit point of a view ray.
 #[derive(Clone, Copy, Debug)]
@@ -41,10 +41,11 @@ impl ViewHits {
     pub fn new(camera: &Camera, surface: &InterpolationSurface, rays: &Rays, size: u32) -> Self {
         let samples = size * SAMPLES_PER_SIDE;
         let at = |k: u32| (k as f32 + 0.5) / samples as f32 * 2.0 - 1.0;
+        let ray = camera.ray_generator();
         let hits = (0..samples * samples)
             .into_par_iter()
             .map_init(KnotCache::default, |ring, k| {
-                let direction = camera.ray_direction(at(k % samples), -at(k / samples));
+                let direction = ray(at(k % samples), -at(k / samples));
                 let (face, t) = rays.nearest_front(camera.eye, direction)?;
                 let point = (camera.eye + direction * t).as_dvec3();
                 let texel = surface.texel_at(face, point);
