@@ -24,11 +24,12 @@ const ROUNDING: f64 = 1e-6;
 /// object at the eye. All cases would take half an hour on a software adapter.
 const BUFFERS: [&str; 3] = ["vanishing-face", "horizon", "covered-lamp"];
 
+/// Runs cases without estimates of shooting, which no gate judges.
 fn run_cases<'a>(gpu: Option<&Gpu>, cases: impl IntoIterator<Item = &'a Case>) -> Vec<CaseStudy> {
     let run = AtlasRun {
         gpu,
-        stop: &|| false,
-        max_seconds: f64::INFINITY,
+        estimates_shooting: false,
+        ..AtlasRun::default()
     };
     let study = |case: &Case| run.run_case(case, &without_progress()).unwrap();
     cases.into_iter().map(study).collect()

@@ -7,7 +7,7 @@ use oracle::solve::progress::without_progress;
 use radiosity::studies::stress::ErrorMeasure;
 use radiosity::studies::stress::cases::ALL_CASES;
 use radiosity::studies::stress::methods::{AtlasMethod, DEFAULT, MethodSolver, POLYGON};
-use radiosity::studies::stress::run::{AtlasRun, run_method};
+use radiosity::studies::stress::run::AtlasRun;
 use radiosity::studies::stress::trial::{Trial, TrialTruth, TruthCache, dense_truth};
 
 fn trial_of(name: &str, value: f64) -> (Trial, Vec<DVec3>) {
@@ -123,11 +123,11 @@ fn copied_or_incomplete_answers_are_refused() {
 
 #[test]
 fn refusals_and_panics_become_verdicts() {
-    let never: (&dyn Fn() -> bool, f64) = (&|| false, f64::INFINITY);
+    let run = AtlasRun::default();
     let (good, truth) = trial_of("closeness", 1.0);
     // A scene without faces, and a solve that panics.
     let none = Trial::new(Scene::default(), 8, TrialTruth::Direct(0..0));
-    let (refused, answer) = run_method(&none, &POLYGON, None, &[], never).unwrap();
+    let (refused, answer) = run.run_method(&none, &POLYGON, None, &[]).unwrap();
     assert!(refused.is_warned() && answer.is_none());
     assert!(refused.message.unwrap().contains("has no faces"));
     let mad = AtlasMethod {
@@ -135,20 +135,17 @@ fn refusals_and_panics_become_verdicts() {
         change: |s| assert_eq!(s.meshing.patches, 0, "planted"),
         ..DEFAULT
     };
-    let panicked = run_method(&good, &mad, None, &truth, never).unwrap().0;
+    let panicked = run.run_method(&good, &mad, None, &truth).unwrap().0;
     assert!(panicked.message.as_ref().unwrap().starts_with("panic: "));
     assert!(panicked.is_broken() && !panicked.is_warned());
-    assert!(run_method(&good, &POLYGON, None, &truth, (&|| true, f64::INFINITY)).is_none());
+    let stopped = AtlasRun { stop: &|| true, ..run };
+    assert!(stopped.run_method(&good, &POLYGON, None, &truth).is_none());
 }
 
 /// The scene shown is the easiest, and its solution belongs to it.
 #[test]
 fn case_shows_its_easiest_scene() {
-    let run = AtlasRun {
-        gpu: None,
-        stop: &|| false,
-        max_seconds: f64::INFINITY,
-    };
+    let run = AtlasRun::default();
     let case = ALL_CASES.iter().find(|case| case.name == "vanishing-face").unwrap();
     let study = run.run_case(case, &without_progress()).unwrap();
     let [specimen] = &study.specimens[..] else {
@@ -167,7 +164,8 @@ fn case_shows_its_easiest_scene() {
 #[test]
 fn three_thousand_lamps_are_within_one_percent() {
     let (trial, truth) = trial_of("lights", 3000.0);
-    let side = run_method(&trial, &DEFAULT, None, &truth, (&|| false, f64::INFINITY))
+    let side = AtlasRun::default()
+        .run_method(&trial, &DEFAULT, None, &truth)
         .unwrap()
         .0;
     assert!(side.error.unwrap() < 0.01 && !side.is_warned(), "{side:?}");
@@ -178,7 +176,8 @@ fn three_thousand_lamps_are_within_one_percent() {
 fn gpu_warns_of_white_walls() {
     let (trial, truth) = trial_of("white-walls", 0.9999);
     let gpu = Gpu::open(None).unwrap();
-    let side = run_method(&trial, &DEFAULT, Some(&gpu), &truth, (&|| false, f64::INFINITY))
+    let side = AtlasRun::default()
+        .run_method(&trial, &DEFAULT, Some(&gpu), &truth)
         .unwrap()
         .0;
     let (error, estimate) = (side.error.unwrap(), side.estimate.unwrap());

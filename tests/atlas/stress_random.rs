@@ -9,11 +9,7 @@ use radiosity::studies::stress::summary::Atlas;
 /// All scenes are solved, judged and have an error estimate, and every gate holds.
 #[test]
 fn twelve_fixed_random_scenes_pass_every_gate() {
-    let run = AtlasRun {
-        gpu: None,
-        stop: &|| false,
-        max_seconds: f64::INFINITY,
-    };
+    let run = AtlasRun::default();
     let studies = [
         (FaceShapes::Quads, 1000, 6),
         (FaceShapes::Triangles, 2000, 4),
@@ -51,11 +47,7 @@ const MESH_SEEDS: [u64; 2] = [57, 64];
 /// Meshes of about a thousand triangles are solved by rays to the requested error.
 #[test]
 fn fixed_random_meshes_keep_the_requested_error() {
-    let run = AtlasRun {
-        gpu: None,
-        stop: &|| false,
-        max_seconds: f64::INFINITY,
-    };
+    let run = AtlasRun::default();
     let request = RandomRequest {
         scenes: DrawnScenes::Meshes,
         error: 0.05,

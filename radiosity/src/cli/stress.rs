@@ -69,6 +69,7 @@ pub fn run(arguments: &StressArguments) -> Result<Outcome> {
         gpu: gpu.as_ref(),
         stop: &is_interrupted,
         max_seconds: MAX_SOLVE_SECONDS,
+        estimates_shooting: true,
     };
     let with_progress = |name: &str, study: &dyn Fn(&ProgressMonitor) -> Result<CaseStudy>| {
         let progress = Progress::new(name);

@@ -23,7 +23,7 @@ use radiosity::report::trace::TRACE_LIMITS;
 use radiosity::studies::stress::Verdict;
 use radiosity::studies::stress::cases::ALL_CASES;
 use radiosity::studies::stress::methods::{DISC, POLYGON, STEREOGRAPHIC};
-use radiosity::studies::stress::run::{MAX_SOLVE_SECONDS, run_method};
+use radiosity::studies::stress::run::AtlasRun;
 use radiosity::studies::stress::trial::TruthCache;
 use radiosity_tests::served_pages::work_pages;
 use serde_json::{Value, json};
@@ -537,7 +537,7 @@ fn cases_have_the_errors_of_the_failure_atlas() {
         let case = ALL_CASES.iter().find(|case| case.name == name).unwrap();
         let trial = (case.build)(value).unwrap();
         let truth = TruthCache::default().truth_of(&trial).unwrap();
-        let (atlas, _) = run_method(&trial, method, None, &truth, (&|| false, MAX_SOLVE_SECONDS)).unwrap();
+        let (atlas, _) = AtlasRun::default().run_method(&trial, method, None, &truth).unwrap();
         let exact = exact.unwrap();
         assert_eq!(exact.verdict, case.measure.verdict_on(atlas.error), "{name}: {exact:?}");
         assert!(

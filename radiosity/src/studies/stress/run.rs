@@ -14,6 +14,7 @@ use oracle::relight::task::RelightTask;
 use oracle::solve::progress::ProgressMonitor;
 use oracle::solve::solved::Solved;
 use oracle::solve::solver::{ErrorTarget, SolverChoice};
+use oracle::solve::task::SolveTask;
 use oracle::solve::{SolveAnswer, SolveRequest, solve_request};
 use std::ops::ControlFlow;
 
@@ -29,6 +30,20 @@ pub struct AtlasRun<'a> {
     pub stop: &'a dyn Fn() -> bool,
     /// Time limit of a solve, seconds.
     pub max_seconds: f64,
+    /// True if errors of answers by shooting are estimated and warned about, too, in ten times the solve's time.
+    pub estimates_shooting: bool,
+}
+
+impl Default for AtlasRun<'_> {
+    /// The CPU alone, without limits.
+    fn default() -> Self {
+        Self {
+            gpu: None,
+            stop: &|| false,
+            max_seconds: f64::INFINITY,
+            estimates_shooting: true,
+        }
+    }
 }
 
 impl AtlasRun<'_> {
@@ -89,14 +104,13 @@ impl AtlasRun<'_> {
         trial: &Trial,
         truth: &[DVec3],
     ) -> Option<(Vec<AtlasRow>, Option<Solved>)> {
-        let limits = (self.stop, self.max_seconds);
         let (mut rows, mut first) = (Vec::new(), None);
         for method in case.methods {
-            let (cpu, solved) = run_method(trial, method, None, truth, limits)?;
+            let (cpu, solved) = self.run_method(trial, method, None, truth)?;
             first = first.or(solved);
             let gpu = match self.gpu.filter(|_| method.solver != MethodSolver::Dense) {
                 None => None,
-                gpu => Some(run_method(trial, method, gpu, truth, limits)?.0),
+                gpu => Some(self.run_method(trial, method, gpu, truth)?.0),
             };
             rows.push(AtlasRow {
                 scene: trial.description.clone(),
@@ -106,70 +120,85 @@ impl AtlasRun<'_> {
         }
         Some((rows, first))
     }
-}
 
-/// Runs a method on a trial and returns its part of the row, unjudged, with the solution, if there is one;
-/// none if `stop` returned true. A solve of more than `max_seconds` has no solution.
-pub fn run_method(
-    trial: &Trial,
-    method: &AtlasMethod,
-    gpu: Option<&Gpu>,
-    truth: &[DVec3],
-    (stop, max_seconds): (&dyn Fn() -> bool, f64),
-) -> Option<(SolverSide, Option<Solved>)> {
-    let show = |_: &str, _| match stop() {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
-    };
-    let solve = |watch: &ProgressMonitor| solve_trial(trial, method, gpu, watch);
-    let (answer, seconds) = solve_limited(max_seconds, &show, solve)?;
-    if stop() {
-        return None;
-    }
-    let mut side = SolverSide {
-        seconds,
-        ..SolverSide::default()
-    };
-    let answer = match answer {
-        Ok(answer) => answer,
-        Err(message) => {
-            side.message = Some(message);
-            return Some((side, None));
+    /// Runs a method on a trial and returns its part of the row, unjudged, with the solution, if there is one;
+    /// none if `stop` returned true. A solve that took too long has no solution.
+    pub fn run_method(
+        &self,
+        trial: &Trial,
+        method: &AtlasMethod,
+        gpu: Option<&Gpu>,
+        truth: &[DVec3],
+    ) -> Option<(SolverSide, Option<Solved>)> {
+        let show = |_: &str, _| match (self.stop)() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        let solve = |watch: &ProgressMonitor| self.solve_trial(trial, method, gpu, watch);
+        let (answer, seconds) = solve_limited(self.max_seconds, &show, solve)?;
+        if (self.stop)() {
+            return None;
         }
-    };
-    side.warnings = answer.warnings.iter().map(|w| w.code.as_str().into()).collect();
-    side.notes = answer.notes;
-    side.estimate = answer.estimate.map(|estimate| estimate.error);
-    let solved = answer.solved;
-    let reflected = ReflectedField::from_field(&trial.scene, &solved.mesh, &solved.run.field);
-    match trial.error_and_noise(&reflected.values, truth) {
-        Ok((error, noise)) => (side.error, side.noise) = (Some(error), noise),
-        Err(message) => side.message = Some(format!("{NOT_COMPARABLE}: {message}")),
+        let mut side = SolverSide {
+            seconds,
+            ..SolverSide::default()
+        };
+        let answer = match answer {
+            Ok(answer) => answer,
+            Err(message) => {
+                side.message = Some(message);
+                return Some((side, None));
+            }
+        };
+        side.warnings = answer.warnings.iter().map(|w| w.code.as_str().into()).collect();
+        side.notes = answer.notes;
+        side.estimate = answer.estimate.map(|estimate| estimate.error);
+        let solved = answer.solved;
+        let reflected = ReflectedField::from_field(&trial.scene, &solved.mesh, &solved.run.field);
+        match trial.error_and_noise(&reflected.values, truth) {
+            Ok((error, noise)) => (side.error, side.noise) = (Some(error), noise),
+            Err(message) => side.message = Some(format!("{NOT_COMPARABLE}: {message}")),
+        }
+        Some((side, Some(solved)))
     }
-    Some((side, Some(solved)))
-}
 
-fn solve_trial(trial: &Trial, method: &AtlasMethod, gpu: Option<&Gpu>, watch: &ProgressMonitor) -> Result<SolveAnswer> {
-    let settings = &method.settings_on(trial.texels, gpu.is_some());
-    let texels = Some(trial.texels);
-    let solver = match method.solver {
-        MethodSolver::ToError(error) => {
-            let error = trial.requested_error.unwrap_or(error);
-            SolverChoice::to_error(gpu, ErrorTarget { error, texels })
+    fn solve_trial(
+        &self,
+        trial: &Trial,
+        method: &AtlasMethod,
+        gpu: Option<&Gpu>,
+        watch: &ProgressMonitor,
+    ) -> Result<SolveAnswer> {
+        let settings = &method.settings_on(trial.texels, gpu.is_some());
+        let texels = Some(trial.texels);
+        let solver = match method.solver {
+            MethodSolver::ToError(error) => {
+                let error = trial.requested_error.unwrap_or(error);
+                SolverChoice::to_error(gpu, ErrorTarget { error, texels })
+            }
+            MethodSolver::Shooting => SolverChoice::shooting_on(gpu),
+            MethodSolver::Dense => SolverChoice::Dense,
+        };
+        let solve = |task: &dyn SolveTask| {
+            if method.solver == MethodSolver::Shooting && !self.estimates_shooting {
+                return Ok(SolveAnswer {
+                    solved: task.solve_once(settings, solver, watch)?,
+                    warnings: Vec::new(),
+                    estimate: None,
+                    notes: Vec::new(),
+                });
+            }
+            solve_request(&SolveRequest { task, settings, solver }, watch)
+        };
+        if trial.room == 0 {
+            return solve(&trial.scene);
         }
-        MethodSolver::Shooting => SolverChoice::shooting_on(gpu),
-        MethodSolver::Dense => SolverChoice::Dense,
-    };
-    if trial.room == 0 {
-        let task = &trial.scene;
-        return solve_request(&SolveRequest { task, settings, solver }, watch);
+        let stage = &RelightStage::new(&trial.scene, trial.room, trial.texels);
+        let method = method.relighting;
+        solve(&RelightTask {
+            stage,
+            method,
+            trace: None,
+        })
     }
-    let stage = &RelightStage::new(&trial.scene, trial.room, trial.texels);
-    let method = method.relighting;
-    let task = &RelightTask {
-        stage,
-        method,
-        trace: None,
-    };
-    solve_request(&SolveRequest { task, settings, solver }, watch)
 }
