@@ -4,18 +4,22 @@ use super::scenes::{patchwork_floor, quad_grid};
 use common::mesh::{Mesh, Texel};
 use common::rays::Rays;
 use common::scene::{Face, Scene};
-use common::settings::Settings;
+use common::settings::{Settings, SolveQuality};
 use common::shooting::initial_field;
 use glam::{DVec3, Vec3, Vec4};
+use oracle::solve::progress::without_progress;
+use oracle::solve::solver::{ErrorTarget, SolverChoice};
+use oracle::solve::{SolveRequest, solve_request};
 use radiosity::report::coarse_solution::CoarseSolution;
 use radiosity::report::picture::encode_srgb;
 use radiosity::report::view::camera::Camera;
-use radiosity::report::view::interpolation::{InterpolatedField, InterpolationSurface};
+use radiosity::report::view::interpolation::{CarriedLight, InterpolatedField, InterpolationSurface};
 use radiosity::report::view::render::ViewHits;
 use radiosity::report::view::weld::position_on_edge;
 use radiosity_tests::engines::shoot_on_cpu;
 use radiosity_tests::{ball, box_faces};
 use radiosity_tests::{bundled_scene, named_scene};
+use std::f64::consts::PI;
 
 /// 6 walls of 5×5 faces, a lamp box, two boxes; 168 faces.
 const PAPER_ROOM: &str = "paper_room_objects.obj";
@@ -339,6 +343,74 @@ fn texel_mean_error(scene: &Scene, field: &InterpolatedField, values: &[Vec4]) -
         square += own.length_squared() * f64::from(texel.area);
     }
     (error / square).sqrt()
+}
+
+/// A floor of many small faces with the shadow of a sheet: the picture of its light errs by the requested error at most, edges
+/// of the shadow included.
+#[test]
+fn shadow_on_small_faces_is_within_the_requested_error() {
+    const LAMP_POINTS: u32 = 16;
+    let (rho, emission, requested) = (0.5, 50.0, 0.02);
+    let square =
+        |corner: DVec3, side: f64| [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Z, DVec3::Z].map(|to| corner + side * to);
+    let (lamp, sheet) = (DVec3::new(0.5, 0.8, 0.45), DVec3::new(0.35, 0.2, 0.35));
+    let (lamp_side, sheet_side) = (0.05, 0.3);
+    let mut faces = quad_grid(
+        "floor",
+        DVec3::ZERO,
+        [DVec3::Z, DVec3::X],
+        [16, 16],
+        [Vec3::ZERO, Vec3::splat(rho)],
+    );
+    faces.push(Face::quad(
+        "lamp",
+        square(lamp, lamp_side),
+        Vec3::splat(emission),
+        Vec3::ZERO,
+    ));
+    let down = Face::quad("sheet", square(sheet, sheet_side), Vec3::ZERO, Vec3::ZERO);
+    faces.extend([down.reversed(), down]);
+    let scene = named_scene("sheet over small faces", faces);
+    let radiosity_at = |x: f64, z: f64| {
+        let from_lamp = |k: u32| {
+            let at =
+                [k % LAMP_POINTS, k / LAMP_POINTS].map(|n| (f64::from(n) + 0.5) / f64::from(LAMP_POINTS) * lamp_side);
+            let offset = lamp + DVec3::new(at[0], 0.0, at[1]) - DVec3::new(x, 0.0, z);
+            let crossing = DVec3::new(x, 0.0, z) + offset * (sheet.y / offset.y) - sheet;
+            let is_hidden = [crossing.x, crossing.z].iter().all(|at| (0.0..sheet_side).contains(at));
+            let square = offset.length_squared();
+            if is_hidden { 0.0 } else { (offset.y / square).powi(2) }
+        };
+        let sum: f64 = (0..LAMP_POINTS * LAMP_POINTS).map(from_lamp).sum();
+        f64::from(rho * emission) * sum * (lamp_side / f64::from(LAMP_POINTS)).powi(2) / PI
+    };
+    let target = ErrorTarget {
+        error: requested,
+        texels: None,
+    };
+    let request = SolveRequest {
+        task: &scene,
+        settings: &Settings::with_quality(SolveQuality::Normal),
+        solver: SolverChoice::to_error(None, target),
+    };
+    let answer = solve_request(&request, &without_progress()).unwrap();
+    let solved = &answer.solved;
+    assert_eq!(solved.run.field.origin, "rays");
+    let surface = InterpolationSurface::with_welding(&scene, &solved.mesh, solved.open.as_deref(), |_, _| true);
+    let light = surface.interpolate_light(&solved.run.field, CarriedLight::Irradiance);
+    let (mut error, mut whole) = (0.0, 0.0);
+    for k in 0..240 * 240 {
+        let [x, z] = [k % 240, k / 240].map(|n| (f64::from(n) + 0.5) / 240.0);
+        let face = (x * 16.0) as u32 * 16 + (z * 16.0) as u32;
+        let point = solved.mesh.local_point(DVec3::new(x, 0.0, z));
+        let texel = surface.texel_at(face, point);
+        let found = light.radiosity_at(&surface.stencil_at(texel, point));
+        let exact = radiosity_at(x, z);
+        error += (f64::from(found.x) - exact).powi(2);
+        whole += exact.powi(2);
+    }
+    let error = (error / whole).sqrt();
+    assert!(error <= requested, "{error}");
 }
 
 /// Makes a field that is linear in position.

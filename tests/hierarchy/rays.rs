@@ -277,3 +277,46 @@ fn body_of_many_faces_is_solved_by_rays_within_the_requested_error() {
     assert!(off <= requested, "{off} off, {told} told");
     assert!(told <= requested && told < 4.0 * off, "{told} told, {off} off");
 }
+
+/// Rays to lamps alone, beside reflected light that is known, find the light that a solve finds.
+#[test]
+fn lamps_light_is_gathered_beside_known_light() {
+    let scene = row_of_cells();
+    let mesh = Mesh::uniform(&scene, 4, 1).unwrap();
+    let rays = Rays::new(&mesh);
+    let open = OpenParts::new(&scene, &mesh, &rays);
+    let mut go_on = |_| ControlFlow::Continue(());
+    let mut solve = RaySolve::new(&scene, &mesh, &rays, &open).unwrap();
+    let found = solve.solve_to_noise(REQUESTED_NOISE, &mut go_on).unwrap();
+    let light = solve.divided_light();
+    for (k, h) in found.irradiance.iter().enumerate() {
+        let parts = [&light.direct, &light.reflected].map(|part| 0.5 * (part[k][0] + part[k][1]));
+        // Of f32.
+        let off = (Vec3A::from(*h) - parts[0] - parts[1]).abs().max_element();
+        assert!(off <= 1e-5 * h.max_element(), "{off} of {h}");
+    }
+    let reflected: Vec<Vec3A> = light.reflected.iter().map(|[a, b]| 0.5 * (*a + *b)).collect();
+    // Every second texel is known, and gathers nothing.
+    let half = open.keep_texels(|k| k % 2 == 0);
+    let gather = RaySolve::new(&scene, &mesh, &rays, &half).unwrap();
+    let mut gather = gather.beside_light(reflected.clone());
+    let gathered = gather.solve_to_noise(REQUESTED_NOISE, &mut go_on).unwrap();
+    let (mut off, mut noise, mut lit) = (0.0, 0.0, 0);
+    for (k, texel) in mesh.texels.iter().enumerate() {
+        let own = gathered.irradiance[k] - Vec3::from(reflected[k]);
+        if k % 2 == 1 {
+            assert_eq!(own, Vec3::ZERO);
+            continue;
+        }
+        let [a, b] = light.direct[k];
+        lit += usize::from(own.x > 0.0);
+        off += f64::from((own.x - 0.5 * (a + b).x).powi(2) * texel.area);
+        noise += f64::from((gathered.noise[k].x.powi(2) + 0.25 * (a - b).x.powi(2)) * texel.area);
+    }
+    // Squares over some hundred texels, a few of which have most of the noise.
+    let ratio = (off / noise).sqrt();
+    assert!(
+        lit > mesh.texels.len() / 8 && (0.5..2.0).contains(&ratio),
+        "{ratio}, {lit} lit"
+    );
+}

@@ -29,6 +29,19 @@ impl OpenParts {
         Self { shares, outlines }
     }
 
+    /// Returns the open parts of those texels that are `kept`; the others count as wholly covered.
+    pub fn keep_texels(&self, kept: impl Fn(usize) -> bool) -> Self {
+        let mut parts = Self {
+            shares: self.shares.clone(),
+            outlines: self.outlines.clone(),
+        };
+        for k in (0..self.shares.len()).filter(|k| !kept(*k)) {
+            parts.shares[k] = 0.0;
+            parts.outlines.insert(k as u32, Vec::new());
+        }
+        parts
+    }
+
     /// Returns the outlines of the open part of texel `k`; none of a texel that is wholly covered.
     pub fn outlines_of(&self, mesh: &Mesh, k: usize) -> Vec<SampledOutline> {
         match self.outlines.get(&(k as u32)) {

@@ -18,6 +18,7 @@ pub mod residual;
 mod seen_lamp;
 mod sky_light;
 mod smooth_light;
+mod surface_fits;
 mod texel_blocks;
 mod texel_rays;
 
@@ -33,6 +34,7 @@ use merged_texels::MergedTexels;
 use sky_light::SkyLight;
 use smooth_light::PART_COUNT;
 use std::ops::ControlFlow;
+pub use surface_fits::{fit_slopes, measure_fit_residuals};
 use texel_blocks::TexelBlocks;
 use texel_rays::TexelRays;
 
@@ -60,7 +62,7 @@ const LATER_ROUNDS: f64 = 0.1;
 /// See [`LATER_ROUNDS`].
 const BOUNCE_SHARE: f64 = 0.15;
 /// Largest number of rounds of tracing of a solve.
-pub const MAX_TRACING_ROUNDS: u32 = 16;
+pub const MAX_TRACING_ROUNDS: u32 = 64;
 /// The iteration ends when this share of the first power is unshot.
 const UNSHOT_SHARE: f64 = 1e-5;
 /// Largest number of bounces.
@@ -91,6 +93,19 @@ pub struct MergedChange {
     pub sent: Vec<Halves>,
 }
 
+/// The light of a solve in two parts: H of each texel, the mean over its area, for each half of the rays.
+#[derive(Default)]
+pub struct DividedLight {
+    /// From lamps and from outside.
+    pub direct: Vec<Halves>,
+    /// From other texels.
+    pub reflected: Vec<Halves>,
+    /// What smoothing removed from the direct light.
+    pub removed_direct: Vec<Halves>,
+    /// What smoothing removed from the reflected light.
+    pub removed_reflected: Vec<Halves>,
+}
+
 /// A solve of a scene by rays, which it keeps from one noise to a lower one.
 pub struct RaySolve<'a> {
     solver: RaySolver<'a>,
@@ -108,6 +123,20 @@ impl<'a> RaySolve<'a> {
         })
     }
 
+    /// Gathers only light from lamps and from outside, beside other light that is known: H of each texel, the mean over its
+    /// area.
+    pub fn beside_light(mut self, other: Vec<Vec3A>) -> Self {
+        self.solver.other = other;
+        self.traced = self.traced.for_lamps_alone();
+        self
+    }
+
+    /// Returns the light of the last solve in its parts.
+    pub fn divided_light(&self) -> DividedLight {
+        let last = self.solver.last.as_ref();
+        last.map_or(DividedLight::default(), |bounces| self.solver.divide_light(bounces))
+    }
+
     /// Smooths the light of later solves where that makes its error smaller.
     pub fn smooth_light(&mut self) {
         self.traced.smooth_later_light();
@@ -123,7 +152,16 @@ impl<'a> RaySolve<'a> {
     /// Returns the RMS noise of the last solve relative to the reflected light, in the worst channel; 0 before the first.
     pub fn relative_noise(&self) -> f32 {
         let last = self.solver.last.as_ref();
-        last.map_or(0.0, |bounces| self.solver.relative_noise(bounces))
+        last.map_or(0.0, |bounces| self.solver.noise_of_bounces(bounces))
+    }
+
+    /// Returns the RMS of `noise` in H of each texel, and of what smoothing `removed` from either half, relative to the
+    /// reflected light of the last solve, in the worst channel.
+    pub fn relate_noise(&self, noise: &[Vec3A], removed: &[Halves]) -> f32 {
+        let last = self.solver.last.as_ref();
+        last.map_or(0.0, |bounces| {
+            self.solver.relative_noise(noise, removed, &bounces.weight)
+        })
     }
 
     /// Returns by how much the light of the last solve changes if the texels are merged two by two when they send light.
@@ -234,9 +272,9 @@ trait KeptRays: Sync {
     /// Returns F times a radiosity, for each half.
     fn gather_radiosity(&self, radiosity: &[Halves]) -> Vec<Halves>;
 
-    /// Returns the light of each texel, that of the lamps and of a radiosity, smoothed over clusters of texels; none if these
-    /// rays are not to be smoothed. The error of each texel counts by its weight.
-    fn smooth_light(&self, radiosity: &[Halves], weight: &[Vec3A]) -> Option<Vec<Halves>>;
+    /// Returns the light of each texel, that of the lamps and that of a radiosity, smoothed over clusters of texels; none if
+    /// these rays are not to be smoothed. The error of each texel counts by its weight.
+    fn smooth_light(&self, radiosity: &[Halves], weight: &[Vec3A]) -> Option<[Vec<Halves>; 2]>;
 
     /// Returns the variance of what a ray of each texel brings, by channel.
     fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A>;
@@ -292,12 +330,26 @@ fn limit_total(mut next: Vec<u32>, counts: &[u32], most: u64) -> Vec<u32> {
     next
 }
 
+fn half_differences(light: &[Halves]) -> Vec<Vec3A> {
+    light.iter().map(|[a, b]| 0.5 * (*a - *b)).collect()
+}
+
+/// Returns a light plus `sign` times another.
+fn combine_light(a: &[Halves], b: &[Halves], sign: f32) -> Vec<Halves> {
+    let combine = |(a, b): (&Halves, &Halves)| [0, 1].map(|half| a[half] + sign * b[half]);
+    a.iter().zip(b).map(combine).collect()
+}
+
 /// The light of all bounces.
 struct RayBounces {
     /// Unshot radiosity of each texel's open part.
     unshot: Vec<Halves>,
     /// H of each texel, the mean over its area, of each half.
     received: Vec<Halves>,
+    /// The part of it that is not reflected.
+    direct: Vec<Halves>,
+    /// Both parts smoothed, if the solve smooths light.
+    smoothed: Option<[Vec<Halves>; 2]>,
     /// Mean of both halves, smoothed if the solve smooths light.
     mean: Vec<Vec3A>,
     /// Half of their difference.
@@ -310,12 +362,13 @@ struct RayBounces {
 }
 
 impl RayBounces {
-    /// Replaces mean and noise by those of `smoothed` light.
-    fn replace_light(&mut self, smoothed: &[Halves]) {
-        self.mean = smoothed.iter().map(|[a, b]| 0.5 * (*a + *b)).collect();
-        self.noise = smoothed.iter().map(|[a, b]| 0.5 * (*a - *b)).collect();
-        let difference = |([a, b], [c, d]): (&Halves, &Halves)| [*a - *c, *b - *d];
-        self.removed = self.received.iter().zip(smoothed).map(difference).collect();
+    /// Replaces mean and noise by those of light whose parts are `smoothed`.
+    fn replace_light(&mut self, smoothed: [Vec<Halves>; 2]) {
+        let all = combine_light(&smoothed[0], &smoothed[1], 1.0);
+        self.mean = all.iter().map(|[a, b]| 0.5 * (*a + *b)).collect();
+        self.noise = half_differences(&all);
+        self.removed = combine_light(&self.received, &all, -1.0);
+        self.smoothed = Some(smoothed);
     }
 }
 
@@ -355,6 +408,8 @@ struct RaySolver<'a> {
     open: &'a [f32],
     /// H of each texel that is known, the mean over its area, and to which the solve adds; empty if there is none.
     known: &'a [Vec3],
+    /// H of each texel beside that of lamps and from outside, if it is known; empty if it is to be found.
+    other: Vec<Vec3A>,
     /// Blocks of texels that receive by the same rays; without them each texel has rays of its own.
     blocks: Option<&'a TexelBlocks>,
     max_bounces: u32,
@@ -373,6 +428,7 @@ impl<'a> RaySolver<'a> {
             mesh,
             open,
             known: &[],
+            other: Vec::new(),
             blocks: None,
             max_bounces: MAX_BOUNCES,
             passes: 0,
@@ -412,16 +468,28 @@ impl<'a> RaySolver<'a> {
                     self.iterate_bounces(traced, None, &mut watch)?
                 }
             };
-            let radiosity = self.radiosity_of_halves(&bounces.received);
-            if let Some(smoothed) = traced.smooth_light(&radiosity, &bounces.weight) {
-                bounces.replace_light(&smoothed);
+            let radiosity = match self.other.is_empty() {
+                true => self.radiosity_of_halves(&bounces.received),
+                false => Vec::new(),
+            };
+            if let Some([direct, reflected]) = traced.smooth_light(&radiosity, &bounces.weight) {
+                let known = self.other.iter().map(|light| [*light; 2]);
+                let reflected = if self.other.is_empty() {
+                    reflected
+                } else {
+                    known.collect()
+                };
+                bounces.replace_light([direct, reflected]);
             }
-            let found = self.relative_noise(&bounces);
+            let found = self.noise_of_bounces(&bounces);
             let learns = R::LEARNS && self.rounds == 1;
             let mut last = !learns && found <= noise || self.rounds >= MAX_TRACING_ROUNDS;
             if !last {
                 let growth = growth_for(found, noise).clamp(MIN_RAY_GROWTH, MAX_RAY_GROWTH);
-                let radiosity = self.reflected_radiosity(&bounces);
+                let radiosity = match self.other.is_empty() {
+                    true => self.reflected_radiosity(&bounces),
+                    false => Vec::new(),
+                };
                 let next = match learns || growth > MIN_DISCARD_GROWTH {
                     true => self.distribute_rays(traced, &bounces, &radiosity, growth),
                     false => self.counts.iter().map(|n| grow_count(*n, growth)).collect(),
@@ -476,7 +544,13 @@ impl<'a> RaySolver<'a> {
             };
             parts.map(part).sum()
         };
-        let mut received = traced.direct_light();
+        let direct = traced.direct_light();
+        if !self.other.is_empty() {
+            let known: Vec<Halves> = self.other.iter().map(|light| [*light; 2]).collect();
+            let unshot = vec![[Vec3A::ZERO; 2]; direct.len()];
+            return Ok(self.make_bounces(combine_light(&direct, &known, 1.0), direct, (unshot, true)));
+        }
+        let mut received = direct.clone();
         let reflect = |(h, rho): (&Halves, &Vec3A)| h.map(|h| h * *rho);
         let mut unshot: Vec<Halves> = received.iter().zip(&reflectance).map(reflect).collect();
         let first = power(&unshot);
@@ -502,16 +576,44 @@ impl<'a> RaySolver<'a> {
             bounces += 1;
         }
         self.passes += bounces;
+        Ok(self.make_bounces(received, direct, (unshot, bounces < self.max_bounces)))
+    }
+
+    fn make_bounces(
+        &self,
+        received: Vec<Halves>,
+        direct: Vec<Halves>,
+        (unshot, converged): (Vec<Halves>, bool),
+    ) -> RayBounces {
         let mean: Vec<Vec3A> = received.iter().map(|[a, b]| 0.5 * (*a + *b)).collect();
-        Ok(RayBounces {
-            noise: received.iter().map(|[a, b]| 0.5 * (*a - *b)).collect(),
+        RayBounces {
+            noise: half_differences(&received),
             weight: self.reflection_weights(&mean),
             removed: Vec::new(),
+            smoothed: None,
             mean,
+            direct,
             received,
             unshot,
-            converged: bounces < self.max_bounces,
-        })
+            converged,
+        }
+    }
+
+    /// Returns the light of `bounces` in its parts.
+    fn divide_light(&self, bounces: &RayBounces) -> DividedLight {
+        let found = combine_light(&bounces.received, &bounces.direct, -1.0);
+        let [direct, reflected] = match &bounces.smoothed {
+            Some(smoothed) => smoothed.clone(),
+            None => [bounces.direct.clone(), found.clone()],
+        };
+        let removed = [(&bounces.direct, &direct), (&found, &reflected)];
+        let [removed_direct, removed_reflected] = removed.map(|(found, smooth)| combine_light(found, smooth, -1.0));
+        DividedLight {
+            direct,
+            reflected,
+            removed_direct,
+            removed_reflected,
+        }
     }
 
     /// Returns the reflectance of each texel's open part for H of its whole area.
@@ -552,19 +654,23 @@ impl<'a> RaySolver<'a> {
         self.mesh.texels.iter().map(weight).collect()
     }
 
-    /// Returns the RMS noise of the reflected light, and of the light that smoothing removed, relative to it, in the worst
+    fn noise_of_bounces(&self, bounces: &RayBounces) -> f32 {
+        self.relative_noise(&bounces.noise, &bounces.removed, &bounces.weight)
+    }
+
+    /// Returns the RMS `noise` of the reflected light, and of the light that smoothing `removed`, relative to it, in the worst
     /// channel.
-    fn relative_noise(&self, bounces: &RayBounces) -> f32 {
-        let (mut noise, mut removed, mut area) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+    fn relative_noise(&self, noise: &[Vec3A], removed: &[Halves], weight: &[Vec3A]) -> f32 {
+        let (mut noise_sum, mut removed_sum, mut area) = (DVec3::ZERO, DVec3::ZERO, 0.0);
         for (k, texel) in self.mesh.texels.iter().enumerate() {
             let own = f64::from(texel.area);
-            let [a, b] = bounces.removed.get(k).copied().unwrap_or_default();
-            let [n, a, b] = [bounces.noise[k], a, b].map(|part| Vec3::from(part * bounces.weight[k]).as_dvec3());
-            noise += n * n * own;
-            removed += a * b * own;
+            let [a, b] = removed.get(k).copied().unwrap_or_default();
+            let [n, a, b] = [noise[k], a, b].map(|part| Vec3::from(part * weight[k]).as_dvec3());
+            noise_sum += n * n * own;
+            removed_sum += a * b * own;
             area += own;
         }
-        let square = (noise + removed.max(DVec3::ZERO)) / area.max(f64::MIN_POSITIVE);
+        let square = (noise_sum + removed_sum.max(DVec3::ZERO)) / area.max(f64::MIN_POSITIVE);
         square.max_element().sqrt() as f32
     }
 
@@ -608,6 +714,13 @@ impl<'a> RaySolver<'a> {
         spread.iter().zip(&self.counts).map(count).collect()
     }
 
+    /// Returns the number of rays of both halves. Covered texels have none.
+    fn count_rays(&self) -> u64 {
+        let is_covered = |k: &usize| self.blocks.is_none() && self.open[*k] == 0.0;
+        let counted = (0..self.counts.len()).filter(|k| !is_covered(k));
+        counted.map(|k| 2 * u64::from(self.counts[k])).sum()
+    }
+
     /// Makes the solution from the light of `bounces`.
     fn make_solution(&self, bounces: &RayBounces) -> TexelSolution {
         let to_vec3 = |values: &[Vec3A]| values.iter().map(|v| Vec3::from(*v)).collect();
@@ -622,7 +735,7 @@ impl<'a> RaySolver<'a> {
             removed: bounces.removed.iter().map(|halves| halves.map(Vec3::from)).collect(),
             coarse_error: vec![0.0; self.open.len()],
             open: self.open.to_vec(),
-            links: self.counts.iter().map(|n| 2 * u64::from(*n)).sum(),
+            links: self.count_rays(),
             passes: self.passes,
             converged: bounces.converged,
         }

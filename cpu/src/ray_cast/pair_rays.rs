@@ -471,7 +471,7 @@ impl KeptRays for PairRays<'_> {
         self.spread_over_open(self.records.par_iter().map(gather).collect())
     }
 
-    fn smooth_light(&self, _: &[Halves], _: &[Vec3A]) -> Option<Vec<Halves>> {
+    fn smooth_light(&self, _: &[Halves], _: &[Vec3A]) -> Option<[Vec<Halves>; 2]> {
         None
     }
 

@@ -13,10 +13,10 @@ use glam::{DMat3, DVec3, Vec3A};
 /// Number of parts of each half of the rays: each is fitted as the other shows.
 pub const PART_COUNT: usize = 2;
 /// Least number of texels that are fitted. Of so many texels a plane fit leaves 3/16 of the variance.
-const MIN_FITTED_TEXELS: usize = 16;
+pub(super) const MIN_FITTED_TEXELS: usize = 16;
 /// Least number of texels for which one choice is made: from fewer, choices by the noise would make the noise that is seen
 /// too small.
-const MIN_CHOICE_TEXELS: usize = 64;
+pub(super) const MIN_CHOICE_TEXELS: usize = 64;
 /// Largest number of texels that are fitted: more leave hardly less noise.
 const MAX_FITTED_TEXELS: usize = 2048;
 /// Added to the variances of the places along each axis, over their sum, so that texels in a plane have no slope across it.
@@ -27,7 +27,7 @@ pub struct LightSmoother<'a> {
     mesh: &'a Mesh,
     /// Open share of each texel.
     open: &'a [f32],
-    /// The texels in the order of a binary tree: each half of a cluster is a cluster again.
+    /// The texels with an open part in the order of a binary tree: each half of a cluster is a cluster again.
     order: Vec<u32>,
 }
 
@@ -59,14 +59,15 @@ fn average_parts([a, b]: &[Vec<Halves>; PART_COUNT]) -> Vec<Halves> {
 }
 
 /// Returns the halves of a cluster.
-fn split_cluster(texels: &[u32]) -> [&[u32]; 2] {
+pub(super) fn split_cluster(texels: &[u32]) -> [&[u32]; 2] {
     texels.split_at(texels.len() / 2).into()
 }
 
 impl<'a> LightSmoother<'a> {
     /// Divides the texels of `mesh`, of these `open` shares.
     pub fn new(mesh: &'a Mesh, open: &'a [f32]) -> Self {
-        let mut order: Vec<u32> = (0..mesh.texels.len() as u32).collect();
+        let is_open = |k: &u32| open[*k as usize] > 0.0;
+        let mut order: Vec<u32> = (0..mesh.texels.len() as u32).filter(is_open).collect();
         sort_by_likeness(mesh, &mut order);
         Self { mesh, open, order }
     }
@@ -95,8 +96,8 @@ impl<'a> LightSmoother<'a> {
         let (a, b) = rayon::join(|| smooth_part(0), || smooth_part(1));
         let smoothed = average_parts(&[a, b]);
         let plain = on_open(&all, 1.0);
-        let cost = |k: u32| plain.fit_cost(k, smoothed[k as usize]) - plain.texel_cost(k);
-        if (0..self.order.len() as u32).map(cost).sum::<f64>() >= 0.0 {
+        let cost = |k: &u32| plain.fit_cost(*k, smoothed[*k as usize]) - plain.texel_cost(*k);
+        if self.order.iter().map(cost).sum::<f64>() >= 0.0 {
             return all;
         }
         let of_area = |(halves, open): (&Halves, &f32)| halves.map(|half| half * *open);
@@ -120,7 +121,7 @@ impl<'a> LightSmoother<'a> {
 
 /// Sorts `texels` so that those in each half of the range, each quarter and so on lie near each other and face alike: a range
 /// is halved across its longest side, where a normal counts as a place on a sphere as wide as the scene.
-fn sort_by_likeness(mesh: &Mesh, texels: &mut [u32]) {
+pub(super) fn sort_by_likeness(mesh: &Mesh, texels: &mut [u32]) {
     if texels.len() < 2 * MIN_FITTED_TEXELS {
         return;
     }
@@ -146,23 +147,23 @@ fn sort_by_likeness(mesh: &Mesh, texels: &mut [u32]) {
 }
 
 /// The light of the texels' open parts.
-struct NoisyLight<'a> {
-    mesh: &'a Mesh,
+pub(super) struct NoisyLight<'a> {
+    pub(super) mesh: &'a Mesh,
     /// Open area of each texel.
-    areas: &'a [f32],
-    weight: &'a [Vec3A],
-    light: Vec<Halves>,
+    pub(super) areas: &'a [f32],
+    pub(super) weight: &'a [Vec3A],
+    pub(super) light: Vec<Halves>,
     /// Variance of the light that is smoothed over that of this.
-    noise_share: f64,
+    pub(super) noise_share: f64,
 }
 
 /// A linear fit of the light of a cluster.
-struct LinearFit {
+pub(super) struct LinearFit {
     centre: DVec3,
     /// Mean of each half.
     mean: [DVec3; 2],
     /// Slope of each half: by channel and axis.
-    slope: [DMat3; 2],
+    pub(super) slope: [DMat3; 2],
 }
 
 impl NoisyLight<'_> {
@@ -202,7 +203,7 @@ impl NoisyLight<'_> {
             texels.iter().map(of_texel).sum()
         };
         CheapestFits {
-            cost: self.fit_linear(texels).map_or(f64::INFINITY, cost),
+            cost: self.fit_positive(texels).map_or(f64::INFINITY, cost),
             clusters: vec![texels],
         }
     }
@@ -211,7 +212,7 @@ impl NoisyLight<'_> {
     fn fit_clusters(&self, clusters: &[&[u32]]) -> Vec<Halves> {
         let mut fitted = self.light.clone();
         for texels in clusters {
-            if let Some(fit) = self.fit_linear(texels) {
+            if let Some(fit) = self.fit_positive(texels) {
                 for k in *texels {
                     fitted[*k as usize] = self.light_by_fit(&fit, *k);
                 }
@@ -220,9 +221,18 @@ impl NoisyLight<'_> {
         fitted
     }
 
-    /// Fits mean and slope by least squares over the open area; none of texels without area or in one place, and none
-    /// that is negative anywhere.
-    fn fit_linear(&self, texels: &[u32]) -> Option<LinearFit> {
+    /// Fits mean and slope as [`Self::fit_linear`] does; none that is negative anywhere.
+    fn fit_positive(&self, texels: &[u32]) -> Option<LinearFit> {
+        let fit = self.fit_linear(texels)?;
+        let is_negative = |k: &u32| {
+            let [a, b] = self.light_by_fit(&fit, *k);
+            (a + b).min_element() < 0.0
+        };
+        (!texels.iter().any(is_negative)).then_some(fit)
+    }
+
+    /// Fits mean and slope by least squares over the open area; none of texels without area or in one place.
+    pub(super) fn fit_linear(&self, texels: &[u32]) -> Option<LinearFit> {
         let area: f64 = texels.iter().map(|k| self.open_area(*k)).sum();
         if area <= 0.0 {
             return None;
@@ -248,23 +258,18 @@ impl NoisyLight<'_> {
             return None;
         }
         let inverse = (places + RIDGE_SHARE * spread * DMat3::IDENTITY).inverse();
-        let fit = LinearFit {
+        Some(LinearFit {
             centre,
             mean,
             slope: with_light.map(|with_light| with_light * inverse),
-        };
-        let is_negative = |k: &u32| {
-            let [a, b] = self.light_by_fit(&fit, *k);
-            (a + b).min_element() < 0.0
-        };
-        (!texels.iter().any(is_negative)).then_some(fit)
+        })
     }
 
-    fn open_area(&self, k: u32) -> f64 {
+    pub(super) fn open_area(&self, k: u32) -> f64 {
         f64::from(self.areas[k as usize])
     }
 
-    fn light_by_fit(&self, fit: &LinearFit, k: u32) -> Halves {
+    pub(super) fn light_by_fit(&self, fit: &LinearFit, k: u32) -> Halves {
         let at = self.mesh.texels[k as usize].position.as_dvec3() - fit.centre;
         [0, 1].map(|half| (fit.mean[half] + fit.slope[half] * at).as_vec3a())
     }
@@ -284,7 +289,7 @@ impl NoisyLight<'_> {
         self.noise_share * self.weigh_product(k, 0.5 * (a - b), 0.5 * (a - b))
     }
 
-    fn weigh_product(&self, k: u32, a: Vec3A, b: Vec3A) -> f64 {
+    pub(super) fn weigh_product(&self, k: u32, a: Vec3A, b: Vec3A) -> f64 {
         let weight = self.weight[k as usize];
         f64::from((a * weight * b * weight).element_sum() * self.areas[k as usize])
     }
@@ -428,7 +433,7 @@ mod tests {
                 light: mesh.texels.iter().map(light).collect(),
                 noise_share: 1.0,
             };
-            assert_eq!(noisy.fit_linear(&square).is_some(), is_fitted, "{least}");
+            assert_eq!(noisy.fit_positive(&square).is_some(), is_fitted, "{least}");
         }
     }
 }

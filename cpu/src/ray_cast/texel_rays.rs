@@ -79,6 +79,8 @@ pub struct TexelRays<'a> {
     /// Number of the sequence of random numbers; another one after rays were discarded.
     sequence: u32,
     smoother: Option<LightSmoother<'a>>,
+    /// Whether there are rays in directions drawn by the cosine.
+    traces_by_cosine: bool,
 }
 
 impl<'a> TexelRays<'a> {
@@ -109,6 +111,16 @@ impl<'a> TexelRays<'a> {
             records: vec![RayRecord::default(); mesh.texels.len()],
             sequence: 0,
             smoother: None,
+            traces_by_cosine: true,
+        }
+    }
+
+    /// Traces no rays by the cosine unless light enters from a whole sky: those to points of lamps find all of the lamps'
+    /// light.
+    pub fn for_lamps_alone(self) -> Self {
+        Self {
+            traces_by_cosine: self.kinds.contains(&LightKind::Sky),
+            ..self
         }
     }
 
@@ -139,7 +151,10 @@ impl<'a> TexelRays<'a> {
                 break;
             };
             let origin = (texel.face, point);
-            let (hit, met) = self.trace_by_cosine(origin, &choice, [x, y]);
+            let (hit, met) = match self.traces_by_cosine {
+                true => self.trace_by_cosine(origin, &choice, [x, y]),
+                false => (NO_TEXEL, Vec3A::ZERO),
+            };
             let drawn = self.trace_to_light(origin, &choice, sample_4d(n >> 1, 1, seed));
             record.hits.push(hit);
             if hit == NO_TEXEL {
@@ -247,7 +262,8 @@ impl<'a> TexelRays<'a> {
         let ray = seen.draw_ray([u, v]);
         let point = origin + ray;
         let [by_cosine, to_lamp] = ray_densities(&seen, normal, ray, lamp.probability / self.kinds.len() as f32);
-        let weight = weigh_by_power(by_cosine, to_lamp, by_cosine);
+        let others = if self.traces_by_cosine { by_cosine } else { 0.0 };
+        let weight = weigh_by_power(by_cosine, to_lamp, others);
         let mut light = Vec3A::ZERO;
         if weight > 0.0 && self.rays.is_visible(origin, point, [f, lamp.lamp]) {
             let emission = self.mesh.texels[self.lookup.texel_at(lamp.lamp, point)].emission;
@@ -342,7 +358,7 @@ impl KeptRays for TexelRays<'_> {
         })
     }
 
-    fn smooth_light(&self, radiosity: &[Halves], weight: &[Vec3A]) -> Option<Vec<Halves>> {
+    fn smooth_light(&self, radiosity: &[Halves], weight: &[Vec3A]) -> Option<[Vec<Halves>; 2]> {
         let smoother = self.smoother.as_ref()?;
         let smooth_parts = |sums: &(dyn Fn(&RayRecord, usize) -> Halves + Sync)| {
             let of_part = |part: usize| {
@@ -352,6 +368,9 @@ impl KeptRays for TexelRays<'_> {
             smoother.smooth_light(&std::array::from_fn(of_part), weight)
         };
         let direct = smooth_parts(&|own, part| own.lamp_light[part]);
+        if radiosity.is_empty() {
+            return Some([direct, Vec::new()]);
+        }
         let reflected = smooth_parts(&|own, part| {
             let mut sums = [Vec3A::ZERO; 2];
             for pair in own.hits.chunks_exact(2).skip(part).step_by(PART_COUNT) {
@@ -363,8 +382,7 @@ impl KeptRays for TexelRays<'_> {
             }
             sums
         });
-        let sum = |([a, b], [c, d]): (&Halves, &Halves)| [*a + *c, *b + *d];
-        Some(direct.iter().zip(&reflected).map(sum).collect())
+        Some([direct, reflected])
     }
 
     fn ray_variances(&self, radiosity: &[Vec3A]) -> Vec<Vec3A> {
@@ -447,6 +465,34 @@ mod tests {
                 false => face.reversed(),
             }
         })
+    }
+
+    /// Where all sides of a closed room are lamps of radiosity 1, each texel receives its open share, without rays by the cosine,
+    /// too.
+    #[test]
+    fn rays_to_lamps_alone_bring_all_their_light() {
+        let room = box_sides([DVec3::ZERO, DVec3::ONE], true);
+        let body = box_sides([DVec3::new(0.2, 0.0, 0.3), DVec3::new(0.7, 0.5, 0.7)], false);
+        let scene = Scene {
+            faces: room.chain(body).collect(),
+            ..Scene::default()
+        };
+        let mesh = Mesh::uniform(&scene, 4, 1).unwrap();
+        let rays = Rays::new(&mesh);
+        let open = OpenParts::new(&scene, &mesh, &rays);
+        let mut traced = TexelRays::new(&mesh, &rays, &open, None).for_lamps_alone();
+        let mut go_on = |_| ControlFlow::Continue(());
+        traced.trace_rays(&vec![64; mesh.texels.len()], &mut go_on).unwrap();
+        let (mut off, mut variance) = (0.0, 0.0);
+        for (k, [a, b]) in traced.direct_light().into_iter().enumerate() {
+            let [mean, noise] = [0.5 * (a + b), 0.5 * (a - b)].map(|light| light.x * mesh.texels[k].area);
+            off += mean - open.shares[k] * mesh.texels[k].area;
+            variance += noise * noise;
+        }
+        // Rays by the cosine bring a third of this light and more.
+        assert!(variance > 0.0 && off.abs() < 4.0 * variance.sqrt(), "{off}, {variance}");
+        let hits = traced.records.iter().flat_map(|record| &record.hits);
+        assert!(hits.clone().count() > 0 && hits.clone().all(|hit| *hit == NO_TEXEL));
     }
 
     /// All rays of a closed room meet fronts: a partly covered texel receives its open share of a radiosity of 1, whether

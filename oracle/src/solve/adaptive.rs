@@ -2,10 +2,8 @@
 //! carry the light.
 
 use super::error_estimate::StepChange;
-use super::interpolation_error::{interpolation_errors, reduce_interpolation_error};
 use super::progress::{ProgressMonitor, step_progress};
 use super::refinement::{AdaptiveProblem, MAX_STEPS};
-use super::regather::estimate::descending_order;
 use super::resolution::{RequestedTexels, count_texels};
 use super::shadow_steps::ShadowSteps;
 use super::solver::ErrorTarget;
@@ -29,8 +27,6 @@ const RAY_FACES_PER_INVERSE_ERROR: f64 = 2.0;
 const MIN_LAMP_TEXELS: u32 = 8;
 /// Largest number of texels of all lamps for which each has [`MIN_LAMP_TEXELS`].
 const MAX_LAMP_TEXELS: u64 = 1 << 14;
-/// Number of texels up to which the second step of many small faces halves them.
-const MAX_HALVED_TEXELS: u64 = 1 << 16;
 
 /// A scene to be solved in steps.
 pub(super) struct AdaptiveSolve<'a> {
@@ -145,11 +141,7 @@ impl AdaptiveProblem for AdaptiveSolve<'_> {
     }
 
     fn least_resolution(&self, first: &SolveStep) -> Vec<[u32; 2]> {
-        if self.follows_rays() {
-            resolve_small_faces(self.scene, first, self.error, self.requested_texels.is_none())
-        } else {
-            divide_lamps(self.scene, first)
-        }
+        divide_lamps(self.scene, first)
     }
 
     fn resolve_light(&self, last: SolveStep, change: &StepChange, (goal, most): (f64, u32)) -> Result<SolveStep> {
@@ -201,34 +193,6 @@ fn divide_lamps(scene: &Scene, first: &SolveStep) -> Vec<[u32; 2]> {
         false => *own,
     };
     texels.map(divide).collect()
-}
-
-/// Returns texels of the second of two steps by rays: half as wide as those of the `first` on the faces that reflect
-/// most, since texels as large as their faces would be the same in both steps and their error would not show; or smaller,
-/// so that light is interpolated between them to about `error`.
-fn resolve_small_faces(scene: &Scene, first: &SolveStep, error: f64, follow_light: bool) -> Vec<[u32; 2]> {
-    let (by_channel, channel) = brightest_channel(scene, first);
-    let all: f64 = by_channel.iter().sum();
-    let resolved = match follow_light && all > 0.0 {
-        true => {
-            let errors = interpolation_errors(scene, first, &first.outcome.irradiance, (channel, 1.0 / all));
-            reduce_interpolation_error(&scene.faces, &first.resolutions, &errors, error)
-        }
-        false => first.resolutions.clone(),
-    };
-    let mut resolutions = first.resolutions.clone();
-    let mut texels = count_texels(&resolutions);
-    let limit = MAX_HALVED_TEXELS.max(2 * texels);
-    for f in descending_order(&by_channel) {
-        let halved = scene.faces[f as usize].halve_texels(first.resolutions[f as usize]);
-        let finer = [0, 1].map(|k| halved[k].max(resolved[f as usize][k]));
-        texels += count_texels(&[finer]) - count_texels(&[resolutions[f as usize]]);
-        if texels > limit {
-            break;
-        }
-        resolutions[f as usize] = finer;
-    }
-    resolutions
 }
 
 /// Returns ∫ (ρH)² dA of each face in the channel in which the scene reflects most, and that channel.

@@ -290,7 +290,6 @@ impl StepChange {
         }
         noise += removed.max(DVec3::ZERO);
         let light: DVec3 = lights.iter().sum();
-        let share_of = |part: f64, whole: f64| if part == 0.0 { 0.0 } else { part / whole };
         let share = |c: usize| share_of(all[c], light[c]);
         let worst = (0..3).max_by(|a, b| share(*a).total_cmp(&share(*b))).unwrap_or(0);
         let scale = if light[worst] > 0.0 { 1.0 / light[worst] } else { 0.0 };
@@ -308,6 +307,23 @@ impl StepChange {
         }
     }
 
+    /// Returns the change with the noise of another `step` of the same light, without requested texels.
+    pub fn with_noise_of(self, scene: &Scene, step: &SolveStep) -> Self {
+        let first = first_texels(&step.resolutions);
+        let (mut noise, mut removed, mut light) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+        for (f, face) in scene.faces.iter().enumerate() {
+            let own = &step.reflected[first[f]..first[f + 1]];
+            light += own.iter().map(|b| *b * *b).sum::<DVec3>() * face.area() / own.len() as f64;
+            noise += step.noise_of_face(face, f, step.resolutions[f]);
+            removed += step.removed_from_face(face, f, step.resolutions[f]);
+        }
+        noise += removed.max(DVec3::ZERO);
+        Self {
+            noise: (0..3).map(|c| share_of(noise[c], light[c])).fold(0.0, f64::max).sqrt(),
+            ..self
+        }
+    }
+
     /// Returns whether the change of face `f` is more than the noise of rays.
     fn is_certain(&self, f: u32) -> bool {
         self.noise == 0.0 || self.by_face[f as usize] > CHANGE_DEVIATIONS * self.deviations[f as usize]
@@ -319,6 +335,10 @@ impl StepChange {
         let own = self.by_face[f as usize];
         if all > 0.0 { (own / all).sqrt() } else { 0.0 }
     }
+}
+
+fn share_of(part: f64, whole: f64) -> f64 {
+    if part == 0.0 { 0.0 } else { part / whole }
 }
 
 /// Error from unshot light, relative to the RMS of B − E, if it spread evenly: H = Σ|r|A/ΣA(1 − ρ̄), the

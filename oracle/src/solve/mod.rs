@@ -9,6 +9,7 @@ pub mod forecast;
 pub mod gpu_linker;
 mod interpolation_error;
 pub mod interrupt;
+mod lamp_gather;
 pub mod plausibility;
 pub mod progress;
 mod ray_steps;

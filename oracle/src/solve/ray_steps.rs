@@ -4,17 +4,20 @@
 //! rays, whose noise cancels. Where it is small enough, rays are added until their noise is, too; else the texels whose
 //! merging causes most of the change are halved, and the next step begins.
 
-use super::adaptive::AdaptiveSolve;
+use super::adaptive::{AdaptiveSolve, brightest_channel};
 use super::adjacency::refine_neighbours;
 use super::error_estimate::{ErrorHistory, StepChange};
+use super::interpolation_error::{ReceivedLight, interpolation_errors, reduce_interpolation_error};
+use super::lamp_gather::LampGather;
 use super::progress::step_progress;
 use super::refinement::{AdaptiveProblem, most_texels};
+use super::regather::estimate::descending_order;
 use super::resolution::{
     TexelError, choose_first, choose_second, coarser_texels, count_texels, first_texel_width, halve_by_cost,
     resample_face,
 };
 use super::step::SolveStep;
-use super::step_forecast::StepForecast;
+use super::step_forecast::{StepForecast, count_gathered_texels};
 use common::mesh::Mesh;
 use common::passes::ProgressCallback;
 use common::rays::Rays;
@@ -22,7 +25,7 @@ use common::resample::halve_even;
 use common::texel::first_texels;
 use common::{Error, Result};
 use cpu::dense::open_points::OpenParts;
-use cpu::ray_cast::{Halves, RaySolve, count_traced_rays, grown_rays};
+use cpu::ray_cast::{DividedLight, Halves, RaySolve, count_traced_rays, grown_rays};
 use glam::{DVec3, Vec3A};
 
 /// Noise at which [`ROUGH_TEXELS`] are judged, as a multiple of the requested error.
@@ -39,8 +42,15 @@ const MAX_NOISE_SHARE: f64 = 0.75;
 const MIN_NOISE_SHARE: f64 = 0.5;
 /// Noise that is aimed at, as a share of what the error of the texels leaves.
 const AIMED_NOISE_SHARE: f64 = 0.95;
+/// Noise to which a step is solved before the lamps' light is gathered, as a share of that which is aimed at.
+const SOLVE_NOISE_SHARE: f64 = 0.85;
 /// Noise that is accepted over that which is aimed at.
 const NOISE_TOLERANCE: f64 = 1.05;
+/// Number of gathers of the lamps' light by few rays whose texels are foretold: one less than there may be, since light is
+/// smoother on smaller texels than foretold.
+const FORETOLD_GATHERS: u32 = 3;
+/// Number of texels up to which the second step of many small faces halves them.
+const MAX_HALVED_TEXELS: u64 = 1 << 16;
 /// Share of the progress after which the first rays are traced, and in which the change is measured.
 const FIRST_RAYS_PROGRESS: f64 = 0.4;
 /// See [`FIRST_RAYS_PROGRESS`].
@@ -52,8 +62,40 @@ const ADDED_RAYS_PROGRESS: f64 = 0.9;
 struct RayStep {
     step: SolveStep,
     change: StepChange,
+    /// The step's light.
+    light: DividedLight,
     /// Share of each face's texels in the squared change.
     by_cause: Vec<f64>,
+}
+
+impl RayStep {
+    /// Returns the gather of the lamps' light that may follow.
+    fn lamp_gather<'a>(&'a self, problem: &'a AdaptiveSolve<'a>, error: f64) -> LampGather<'a> {
+        LampGather {
+            problem,
+            solved: &self.step,
+            light: &self.light,
+            change: &self.change,
+            error,
+        }
+    }
+
+    /// Returns the noise of the lamps' light, as [`StepChange::noise`] is that of all light.
+    fn direct_noise(&self) -> f64 {
+        let (mut direct, mut all) = (0.0, 0.0);
+        let light = self.light.direct.iter().zip(&self.step.outcome.noise);
+        for (texel, ([a, b], noise)) in self.step.mesh.texels.iter().zip(light) {
+            let channel = self.change.channel;
+            let square = |noise: f32| f64::from((texel.reflectance[channel] * noise).powi(2) * texel.area);
+            direct += square(0.5 * (a[channel] - b[channel]));
+            all += square(noise[channel]);
+        }
+        if all > 0.0 {
+            self.change.noise * (direct / all).sqrt()
+        } else {
+            0.0
+        }
+    }
 }
 
 /// Solves until the noise of the rays and the error of the texels together are below `error`. After an interruption it
@@ -113,17 +155,29 @@ pub(super) fn forecast_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<(S
     let next = (second.change.total > MAX_TEXEL_SHARE * error).then(|| choose_next(problem, &second, error));
     let after = next.as_ref().map_or(before, |texels| count_texels(texels));
     let texel_error = second.change.total.min(NEXT_TEXEL_SHARE * error);
-    let rays_for = |ratio: f64| grown_rays(second.step.outcome.links, [before, after], ratio.max(1.0) as f32);
-    let rays = rays_for(second.change.noise / aimed_noise(error, texel_error));
+    let grown =
+        |texels: u64, ratio: f64| grown_rays(second.step.outcome.links, [before, texels], ratio.max(1.0) as f32);
+    let rays_for = |ratio: f64| grown(after, ratio);
+    let aimed = aimed_noise(error, texel_error);
     let rough_noise = |texels: &[[u32; 2]]| rough_noise(error, count_texels(&compared_texels(problem, texels)));
     let judge = |texels: Vec<[u32; 2]>| {
         let ratio = rough_noise(&second.step.resolutions) / rough_noise(&texels);
         count_traced_rays(rays_for(ratio), after)
     };
+    let solved = next.as_deref().unwrap_or(&second.step.resolutions);
+    let direct = ReceivedLight::from_halves(&second.light.direct);
+    let gathers = count_gathered_texels(problem, error, (&second.step, &direct), (solved, 1.0, FORETOLD_GATHERS));
+    let share = if gathers.is_empty() { 1.0 } else { SOLVE_NOISE_SHARE };
+    let rays = rays_for(second.change.noise / (share * aimed));
+    // The texels in which a lamp is partly hidden have most of the variance; their area falls as their width.
+    let gathered = gathers.last().map_or(0, |texels| {
+        let noise = second.direct_noise() * (before as f64 / *texels as f64).powf(0.25);
+        grown(*texels, noise / (aimed * (1.0 - share * share).sqrt()))
+    });
     let rough = next.map_or(0, judge);
     let forecast = StepForecast {
-        kept: [after, rays],
-        work_ratio: 1.0 + (rough + rays) as f64 / known.max(1) as f64,
+        kept: [gathers.last().copied().unwrap_or(after), rays + gathered],
+        work_ratio: 1.0 + (rough + rays + gathered) as f64 / known.max(1) as f64,
     };
     Ok((second.step, forecast))
 }
@@ -137,10 +191,41 @@ fn solve_first_texels(problem: &AdaptiveSolve, error: f64) -> Result<(RayStep, V
     let width = first_texel_width(scene)?;
     let first = solve_on_texels(problem, choose_first(scene, &requested, width), error, Finish::Never)?;
     let mut texels = choose_second(scene, &requested, width, &first.step.resolutions);
-    for (own, least) in texels.iter_mut().zip(problem.least_resolution(&first.step)) {
+    for (own, least) in texels.iter_mut().zip(resolve_small_faces(problem, &first, error)) {
         *own = [0, 1].map(|k| own[k].max(least[k]));
     }
     Ok((first, texels))
+}
+
+/// Returns texels of the second of two steps: half as wide as those of the `first` on the faces that reflect most, since
+/// texels as large as their faces would be the same in both steps and their error would not show; or smaller, so that
+/// reflected light is interpolated between them to about `error`.
+fn resolve_small_faces(problem: &AdaptiveSolve, first: &RayStep, error: f64) -> Vec<[u32; 2]> {
+    let (scene, before) = (problem.scene(), &first.step.resolutions);
+    let (by_channel, channel) = brightest_channel(scene, &first.step);
+    let all: f64 = by_channel.iter().sum();
+    let resolved = match problem.requested_texels(0).is_none() && all > 0.0 {
+        true => {
+            let reflected = ReceivedLight::from_halves(&first.light.reflected);
+            let errors = interpolation_errors(scene, &first.step, &reflected, (channel, 1.0 / all));
+            reduce_interpolation_error(&scene.faces, before, &errors, error)
+        }
+        false => before.clone(),
+    };
+    let mut resolutions = before.clone();
+    let mut texels = count_texels(&resolutions);
+    let limit = MAX_HALVED_TEXELS.max(2 * texels);
+    for f in descending_order(&by_channel) {
+        let f = f as usize;
+        let halved = scene.faces[f].halve_texels(before[f]);
+        let finer = [0, 1].map(|k| halved[k].max(resolved[f][k]));
+        texels += count_texels(&[finer]) - count_texels(&[resolutions[f]]);
+        if texels > limit {
+            break;
+        }
+        resolutions[f] = finer;
+    }
+    resolutions
 }
 
 /// Returns the texels of the step after `last`.
@@ -214,13 +299,35 @@ fn solve_on_texels(problem: &AdaptiveSolve, texels: Vec<[u32; 2]>, error: f64, f
         }
         if suffices || finish == Finish::Always {
             let name = format!("solving to {:.2} %", 100.0 * error);
-            let noise = aimed_noise(error, found.change.total);
+            let may_gather = problem.requested_texels(0).is_none() && found.lamp_gather(problem, error).finds_error();
+            let share = if may_gather { SOLVE_NOISE_SHARE } else { 1.0 };
             traced.solve.smooth_light();
-            found = traced.reduce_noise(found, noise, &mut step_progress(progress, &name))?;
-            if found.change.total.hypot(found.change.noise) > error {
-                // With less noise the error of the texels may have turned out larger.
-                let noise = aimed_noise(error, found.change.total);
+            for _ in 0..2 {
+                // With less noise the error of the texels may turn out larger.
+                let noise = share * aimed_noise(error, found.change.total);
                 found = traced.reduce_noise(found, noise, &mut step_progress(progress, &name))?;
+                if found.change.total.hypot(found.change.noise) <= error {
+                    break;
+                }
+            }
+            let outside = traced.solve.outside_light();
+            let gathered = match may_gather {
+                true => {
+                    let rough = |texels| rough_noise(error, texels);
+                    let noise = aimed_noise(error, found.change.total);
+                    let gather = found.lamp_gather(problem, error);
+                    match gather.gather_light(&rough, noise, &outside) {
+                        // The solve is complete without it.
+                        Err(Error::Interrupted) => None,
+                        gathered => gathered?,
+                    }
+                }
+                false => None,
+            };
+            if let Some(gathered) = gathered {
+                found.change = found.change.with_noise_of(scene, &gathered.step);
+                found.step = gathered.step;
+                return Ok((found, gathered.outside));
             }
         }
         Ok((found, traced.solve.outside_light()))
@@ -282,6 +389,7 @@ impl TracedStep<'_> {
         let weights = self.weigh_receivers(&change, (&changes, &compared));
         Ok(RayStep {
             by_cause: self.solve.attribute_change(&merged.sent, &weights),
+            light: self.solve.divided_light(),
             step,
             change,
         })

@@ -6,7 +6,9 @@
 //! smooth enough, only the lamps' light is gathered; reflected light is interpolated with the slopes of the step before.
 
 use super::error_estimate::StepChange;
-use super::interpolation_error::{interpolation_errors, reduce_interpolation_error, sum_errors};
+use super::interpolation_error::{
+    REFLECTED_SHARE, ReceivedLight, interpolation_errors, reduce_interpolation_error, sum_errors,
+};
 use super::progress::{ProgressMonitor, step_progress};
 use super::resolution::TexelError;
 use super::step::{SolveStep, narrow_to_f32, resample_step};
@@ -19,9 +21,6 @@ use cpu::hierarchy::sky::receive_sky;
 use cpu::hierarchy::solver::{ErrorBudget, LightParts, TexelSolution, gather_known_light};
 use cpu::hierarchy::tree::TexelTree;
 use glam::{DVec3, Vec3};
-
-/// Error of interpolated reflected light up to which it is not gathered anew, as a share of the requested error.
-const REFLECTED_SHARE: f64 = 0.5;
 
 /// A solve whose last steps are to be made.
 pub(super) struct ShadowSteps<'a> {
@@ -42,12 +41,13 @@ impl ShadowSteps<'_> {
     ///
     /// Errors: those of a step; after [`Error::Interrupted`] the last complete step is returned.
     pub fn resolve_light(&self, mut last: SolveStep, change: &StepChange) -> Result<SolveStep> {
-        let errors_of = |step: &SolveStep, light: &[Vec3]| {
-            interpolation_errors(self.scene, step, light, (change.channel, change.scale))
+        let errors_of = |step: &SolveStep, light: Vec<Vec3>| {
+            let light = ReceivedLight::without_noise(light);
+            interpolation_errors(self.scene, step, &light, (change.channel, change.scale))
         };
-        let mut reflected = errors_of(&last, &reflected_light(&last));
+        let mut reflected = errors_of(&last, reflected_light(&last));
         for _ in 0..self.most {
-            let direct = errors_of(&last, &last.outcome.direct);
+            let direct = errors_of(&last, last.outcome.direct.clone());
             let of_reflected = sum_errors(&reflected);
             let (light, errors, error) = match of_reflected <= (REFLECTED_SHARE * self.error).powi(2) {
                 true => (LightParts::Direct, direct, (self.error.powi(2) - of_reflected).sqrt()),
@@ -62,7 +62,7 @@ impl ShadowSteps<'_> {
                 step => step?,
             };
             if light == LightParts::All {
-                reflected = errors_of(&last, &reflected_light(&last));
+                reflected = errors_of(&last, reflected_light(&last));
             }
         }
         Ok(last)

@@ -102,6 +102,12 @@ pub fn resample_step(faces: &[Face], step: &SolveStep, to: &[[u32; 2]], values: 
     each.flatten().collect()
 }
 
+/// Returns the open area of each texel of `step`.
+pub fn open_areas(step: &SolveStep) -> Vec<f32> {
+    let texels = step.mesh.texels.iter().zip(&step.outcome.open);
+    texels.map(|(texel, open)| texel.area * open).collect()
+}
+
 /// Converts to f32.
 pub fn narrow_to_f32(values: Vec<DVec3>) -> Vec<Vec3> {
     values.into_iter().map(|v| v.as_vec3()).collect()

@@ -6,7 +6,7 @@
 //! interpolated, and links to nodes are shared by their parts.
 
 use super::adaptive::{AdaptiveSolve, brightest_channel};
-use super::interpolation_error::{interpolation_errors, reduce_interpolation_error};
+use super::interpolation_error::{ReceivedLight, interpolation_errors, reduce_interpolation_error};
 use super::refinement::{AdaptiveProblem, RefinementSteps, most_texels, next_goal};
 use super::resolution::{TexelError, count_texels};
 use super::step::SolveStep;
@@ -58,7 +58,8 @@ pub(super) fn forecast_by_links(steps: &RefinementSteps<AdaptiveSolve>) -> StepF
     }
     // Texels of the last step over those of the last one of which each face's are known.
     let further = texels as f64 / count_texels(last) as f64;
-    for gathered in count_gathered_texels(problem, error, step, (last, further, gathers)) {
+    let light = ReceivedLight::without_noise(step.outcome.irradiance.clone());
+    for gathered in count_gathered_texels(problem, error, (step, &light), (last, further, gathers)) {
         texels = (gathered as f64 * further) as u64;
         work += GATHER_WORK * step_work(texels, (goal * last_goal).sqrt());
     }
@@ -75,21 +76,21 @@ fn step_work(texels: u64, goal: f64) -> f64 {
 }
 
 /// Returns the texels of each of at most `most` steps that only gather light, after one on `further` times the `last` texels,
-/// over that factor. They follow from the light of a `known` step.
-fn count_gathered_texels(
+/// over that factor. They follow from the `light` of a `known` step.
+pub(super) fn count_gathered_texels(
     problem: &AdaptiveSolve,
     error: f64,
-    known: &SolveStep,
+    (known, light): (&SolveStep, &ReceivedLight),
     (last, further, most): (&[[u32; 2]], f64, u32),
 ) -> Vec<u64> {
     let faces = &problem.scene().faces;
-    let (light, channel) = brightest_channel(problem.scene(), known);
-    let all: f64 = light.iter().sum();
+    let (by_channel, channel) = brightest_channel(problem.scene(), known);
+    let all: f64 = by_channel.iter().sum();
     if problem.requested_texels(0).is_some() || all <= 0.0 {
         return Vec::new();
     }
     let scale = (channel, 1.0 / all);
-    let errors = interpolation_errors(problem.scene(), known, &known.outcome.irradiance, scale);
+    let errors = interpolation_errors(problem.scene(), known, light, scale);
     let mut texels = last.to_vec();
     let mut counts = Vec::new();
     for _ in 0..most {
