@@ -125,7 +125,7 @@ mod tests {
     use glam::{DMat3, DVec3, Vec3, Vec3A};
 
     /// Returns a unit square of 4×4 quads at a corner, of one texel each.
-    fn grid(corner: DVec3, [along, across]: [DVec3; 2]) -> Vec<Face> {
+    fn quad_grid(corner: DVec3, [along, across]: [DVec3; 2]) -> Vec<Face> {
         let place = |i: u32, j: u32| corner + (along * f64::from(i) + across * f64::from(j)) / 4.0;
         let quad = |k: u32| {
             let (i, j) = (k % 4, k / 4);
@@ -150,7 +150,7 @@ mod tests {
     /// Linear light has its slope on faces of one texel.
     #[test]
     fn slope_goes_on_across_faces() {
-        let slopes = slopes_of(grid(DVec3::ZERO, [DVec3::X, DVec3::Y]));
+        let slopes = slopes_of(quad_grid(DVec3::ZERO, [DVec3::X, DVec3::Y]));
         let expected = DMat3::from_cols(DVec3::X, -0.5 * DVec3::Y, DVec3::ZERO);
         for slope in slopes {
             // Of the ridge, and of f32.
@@ -161,9 +161,9 @@ mod tests {
     /// Texels that face differently, or lie in two layers, have no slope in common.
     #[test]
     fn different_surfaces_have_no_slope() {
-        let floor = grid(DVec3::ZERO, [DVec3::X, DVec3::Y]);
-        let wall = grid(DVec3::ZERO, [DVec3::Y, DVec3::Z]);
-        let above = grid(DVec3::Z, [DVec3::X, DVec3::Y]);
+        let floor = quad_grid(DVec3::ZERO, [DVec3::X, DVec3::Y]);
+        let wall = quad_grid(DVec3::ZERO, [DVec3::Y, DVec3::Z]);
+        let above = quad_grid(DVec3::Z, [DVec3::X, DVec3::Y]);
         for other in [wall, above] {
             let half = |faces: &[Face]| faces.iter().step_by(2).cloned().collect::<Vec<Face>>();
             let slopes = slopes_of([half(&floor), half(&other)].concat());

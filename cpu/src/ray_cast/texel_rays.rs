@@ -489,7 +489,6 @@ mod tests {
             off += mean - open.shares[k] * mesh.texels[k].area;
             variance += noise * noise;
         }
-        // Rays by the cosine bring a third of this light and more.
         assert!(variance > 0.0 && off.abs() < 4.0 * variance.sqrt(), "{off}, {variance}");
         let hits = traced.records.iter().flat_map(|record| &record.hits);
         assert!(hits.clone().count() > 0 && hits.clone().all(|hit| *hit == NO_TEXEL));

@@ -19,6 +19,9 @@ use std::f64::consts::SQRT_2;
 const STEP_ERROR_RATIO: f64 = 0.5;
 /// Largest ratio of successive changes used for extrapolation.
 const MAX_CHANGE_RATIO: f64 = 0.75;
+/// Estimated error of interpolation, over the requested error, above which a note names it. Texels are halved from 1.25 on, and
+/// the estimate changes with the noise.
+const NOTED_INTERPOLATION: f64 = 1.5;
 /// A face is reported if its relative error is this many times that of the whole scene.
 const REPORTED_ERROR_RATIO: f64 = 10.0;
 /// Standard deviations of the escaped power that a closure defect has to exceed.
@@ -37,6 +40,9 @@ pub struct ErrorHistory {
     pub last_change: Option<StepChange>,
     /// Number of links of the last step.
     pub links: u64,
+    /// Error of light that is interpolated between the last step's texels, relative to the RMS of B − E; 0 if texels are
+    /// requested.
+    pub interpolation: f64,
     /// Reason for an end before the requested error was reached.
     pub stop_reason: Option<String>,
     /// The changes are those of texels that are merged within a step, which are not extrapolated.
@@ -150,6 +156,17 @@ impl ErrorHistory {
             first = end;
         }
         Some(map)
+    }
+
+    /// Returns a note if interpolation between texels errs by more than the `target`: smaller ones would have been too many.
+    pub fn describe_interpolation(&self, target: f64) -> Option<String> {
+        let off = self.interpolation;
+        (off > NOTED_INTERPOLATION * target).then(|| {
+            format!(
+                "light interpolated between texels, as in pictures, is about {:.1} % off: --texels asks for smaller ones",
+                100.0 * off
+            )
+        })
     }
 
     /// Returns a note if the error may be above the requested one, with the reason.
@@ -426,6 +443,19 @@ mod tests {
             let worse: Vec<u32> = history.worst_faces(0.01).iter().map(|own| own.face).collect();
             assert_eq!(worse, reported, "{noise}");
         }
+    }
+
+    #[test]
+    fn interpolation_above_the_request_is_noted() {
+        let note = |interpolation: f64| {
+            let history = ErrorHistory {
+                interpolation,
+                ..ErrorHistory::default()
+            };
+            history.describe_interpolation(0.01)
+        };
+        assert_eq!(note(0.014), None);
+        assert!(note(0.032).unwrap().contains("about 3.2 % off"));
     }
 
     /// Where the errors of the last two steps are alike the bound is the remaining error, which is under-, else overestimated.

@@ -114,6 +114,16 @@ pub(super) fn interpolation_errors(
     by_face.iter().zip(&across).map(error).collect()
 }
 
+/// Returns the error of interpolation of all light between the texels of `step` in `channel`, its square times `scale`.
+pub(super) fn measure_interpolation(scene: &Scene, step: &SolveStep, (channel, scale): (usize, f64)) -> f64 {
+    let light = ReceivedLight {
+        irradiance: step.outcome.irradiance.clone(),
+        noise: step.outcome.noise.clone(),
+    };
+    let errors = interpolation_errors(scene, step, &light, (channel, scale));
+    sum_errors(&errors).max(0.0).sqrt()
+}
+
 /// Returns the sum of the squares of all `errors`.
 pub(super) fn sum_errors(errors: &[TexelError]) -> f64 {
     errors.iter().map(|own| own.square).sum()
@@ -181,19 +191,20 @@ fn measure_across_faces(scene: &Scene, step: &SolveStep, light: &ReceivedLight, 
         open[*k as usize] > 0.0 && along.max(across) < 1 << FINE_LEVELS
     };
     let small: Vec<u32> = (0..mesh.texels.len() as u32).filter(is_small).collect();
-    let reflected = |k: usize| {
+    // Irradiance goes on across faces of different reflectance.
+    let on_open = |k: usize| {
         let (h, noise) = (light.irradiance[k], light.noise[k]);
-        let scale = even_reflectance(scene, &mesh.texels[k]) / open[k].max(f32::MIN_POSITIVE);
-        [h + noise, h - noise].map(|half| Vec3A::from(scale * half))
+        [h + noise, h - noise].map(|half| Vec3A::from(half / open[k].max(f32::MIN_POSITIVE)))
     };
-    let light: Vec<Halves> = (0..open.len()).map(reflected).collect();
+    let light: Vec<Halves> = (0..open.len()).map(on_open).collect();
     let mut by_face = vec![FitDeviations::default(); scene.faces.len()];
     for (k, [fine, coarse]) in measure_fit_residuals(mesh, &open_areas(step), (light, channel), small) {
-        let own = &mut by_face[mesh.texels[k as usize].face as usize];
-        let unit_square = mesh.unit * mesh.unit;
+        let texel = &mesh.texels[k as usize];
+        let reflected = f64::from(even_reflectance(scene, texel)[channel]) * mesh.unit;
+        let own = &mut by_face[texel.face as usize];
         *own = own.add(FitDeviations {
-            fine: fine * unit_square,
-            coarse: coarse * unit_square,
+            fine: fine * reflected.powi(2),
+            coarse: coarse * reflected.powi(2),
         });
     }
     by_face
@@ -259,11 +270,20 @@ mod tests {
 
     /// Estimates the error on a unit square of so many faces per side.
     fn estimate_error(faces_per_side: u32, irradiance: &[Vec3], noise: &[Vec3]) -> f64 {
+        estimate_with_reflectance((faces_per_side, &|_| 1.0), irradiance, noise)
+    }
+
+    /// Does so with faces of different reflectance.
+    fn estimate_with_reflectance(
+        (faces_per_side, reflectance): (u32, &dyn Fn(u32) -> f32),
+        irradiance: &[Vec3],
+        noise: &[Vec3],
+    ) -> f64 {
         let side = 1.0 / f64::from(faces_per_side);
         let face = |f: u32| {
             let corner = DVec3::new(f64::from(f % faces_per_side), f64::from(f / faces_per_side), 0.0) * side;
-            let corners = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
-            Face::quad("square", corners.map(|to| corner + side * to), Vec3::ZERO, Vec3::ONE)
+            let corners = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y].map(|to| corner + side * to);
+            Face::quad("square", corners, Vec3::ZERO, Vec3::splat(reflectance(f)))
         };
         let scene = Scene {
             faces: (0..faces_per_side * faces_per_side).map(face).collect(),
@@ -333,6 +353,22 @@ mod tests {
         for faces_per_side in [1, 32] {
             assert!(without_noise(faces_per_side, &means) < 1e-10);
         }
+    }
+
+    /// Small faces of two reflectances that lie in turn err by as much of light at an edge as those of one whose square is the
+    /// mean of theirs, and by none of even light.
+    #[test]
+    fn reflectance_of_small_faces_is_no_edge() {
+        let estimate = |light: &dyn Fn(DVec2) -> f64, reflectance: &dyn Fn(u32) -> f32| {
+            let irradiance: Vec<Vec3> = texel_means(light).iter().map(|h| Vec3::splat(*h as f32)).collect();
+            estimate_with_reflectance((32, reflectance), &irradiance, &vec![Vec3::ZERO; irradiance.len()])
+        };
+        let in_turn = |f: u32| [0.1, 0.7][((f % 32 + f / 32) % 2) as usize];
+        // Of f32, squared.
+        assert!(estimate(&|_| 1.0, &in_turn) < 1e-10);
+        let edge = |place: DVec2| f64::from(u8::from(place.x > 0.47));
+        let ratio = estimate(&edge, &in_turn) / estimate(&edge, &|_| 0.5);
+        assert!((ratio - 1.0).abs() < 1e-5, "{ratio}");
     }
 
     #[test]

@@ -118,7 +118,7 @@ impl LampGather<'_> {
                 let rest = (noise.powi(2) - of_known.powi(2)).max(0.0).sqrt();
                 let aimed = rest.max(MIN_DIRECT_NOISE_SHARE * self.error) as f32;
                 let outcome = solve.solve_to_noise(aimed, &mut go_on)?;
-                let solved = self.resample(&texels, &|k| outside[k]);
+                let solved = self.resample_values(&texels, &|k| outside[k]);
                 let sum = |((own, solved), known): ((Vec3, Vec3), &bool)| if *known { solved } else { own };
                 let all = solve.outside_light().into_iter().zip(solved).zip(&known.is_solved);
                 Ok(Some(GatheredStep {
@@ -148,14 +148,14 @@ impl LampGather<'_> {
     }
 
     /// Returns a value of each texel of the solve on these `texels` of each face.
-    fn resample(&self, texels: &[[u32; 2]], value: &dyn Fn(usize) -> Vec3) -> Vec<Vec3> {
+    fn resample_values(&self, texels: &[[u32; 2]], value: &dyn Fn(usize) -> Vec3) -> Vec<Vec3> {
         let faces = &self.problem.scene().faces;
         narrow_to_f32(resample_step(faces, self.solved, texels, &|k| value(k).as_dvec3()))
     }
 
     /// Does so with both halves of a light.
     fn resample_halves(&self, texels: &[[u32; 2]], light: &[Halves]) -> Vec<Halves> {
-        let [a, b] = [0, 1].map(|half| self.resample(texels, &|k| Vec3::from(light[k][half])));
+        let [a, b] = [0, 1].map(|half| self.resample_values(texels, &|k| Vec3::from(light[k][half])));
         a.into_iter().zip(b).map(|(a, b)| [a, b].map(Vec3A::from)).collect()
     }
 
@@ -225,7 +225,7 @@ impl LampGather<'_> {
         TexelSolution {
             removed: known.removed.iter().enumerate().map(add_removed).collect(),
             noise: noise.map(|(own, known)| *own + Vec3::from(*known)).collect(),
-            residual: self.resample(texels, &|k| solved.residual[k]),
+            residual: self.resample_values(texels, &|k| solved.residual[k]),
             open: open.to_vec(),
             links: solved.links + outcome.links,
             passes: solved.passes,

@@ -110,6 +110,7 @@ pub fn solve_request(request: &SolveRequest, progress: &ProgressMonitor) -> Resu
         notes.push(dark);
     } else if let (Some(target), Some(history)) = (solver.error_target(), &solved.history) {
         notes.extend(history.describe_unmet_target(target.error, estimate.as_ref()));
+        notes.extend(history.describe_interpolation(target.error));
         let worst = estimate
             .as_ref()
             .and_then(|estimate| estimate.describe_worst_faces(task.scene()));

@@ -311,7 +311,8 @@ fn solve_on_texels(problem: &AdaptiveSolve, texels: Vec<[u32; 2]>, error: f64, f
                 }
             }
             let outside = traced.solve.outside_light();
-            let gathered = match may_gather {
+            let is_last = finish == Finish::Always || found.change.total.hypot(found.change.noise) <= error;
+            let gathered = match may_gather && is_last {
                 true => {
                     let rough = |texels| rough_noise(error, texels);
                     let noise = aimed_noise(error, found.change.total);

@@ -2,6 +2,7 @@
 
 use super::adaptive::{AdaptiveSolve, StepObserver};
 use super::error_estimate::ErrorHistory;
+use super::interpolation_error::measure_interpolation;
 use super::progress::ProgressMonitor;
 use super::ray_steps::refine_by_rays;
 use super::refinement::{AdaptiveProblem, RefinementSteps};
@@ -66,10 +67,13 @@ pub fn solve_with_observer(
 }
 
 fn solve_in_steps(problem: &AdaptiveSolve, settings: &Settings, target: ErrorTarget) -> Result<Solved> {
-    let (step, history) = match problem.follows_rays() {
+    let (step, mut history) = match problem.follows_rays() {
         true => refine_by_rays(problem, target.error)?,
         false => RefinementSteps::solve_first(problem, target.error)?.solve_rest()?,
     };
+    if let (None, Some(change)) = (target.texels, &history.last_change) {
+        history.interpolation = measure_interpolation(problem.scene(), &step, (change.channel, change.scale));
+    }
     let mut solved = resample_result(problem.scene(), settings, target, step, history)?;
     solved.run.field.origin = match problem.follows_rays() {
         true => "rays".into(),
