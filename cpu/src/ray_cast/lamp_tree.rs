@@ -10,6 +10,10 @@ use glam::Vec3;
 
 /// Largest number of nodes of a [`LampCut`].
 pub const MAX_CUT_NODES: usize = 64;
+/// Number of equal strata of [0, 1) among which the nodes of a cut are divided. Of 2ⁿ numbers of a Sobol sequence, or of a
+/// multiple of them, each node with whole strata of 2⁻ⁿ has the same share whatever the numbers are, so that its light causes
+/// noise only where it is partly hidden.
+const STRATUM_COUNT: f32 = 128.0;
 /// Largest sine of a cone of normals that bounds where its lamps shine; wider cones shine everywhere.
 const MAX_CONE_SINE: f32 = 0.5;
 /// Least light of a lamp over the most, for equal power, from which on lamps of a node are drawn by power. Where they differ
@@ -289,17 +293,61 @@ impl LampTree {
 
     /// Weighs the nodes of `cut` for a receiver.
     pub fn weigh_lamps<'a>(&'a self, cut: &'a LampCut, at: Receiver) -> LampChoice<'a> {
-        let mut weight_sums = [0.0; MAX_CUT_NODES];
-        let mut total = 0.0;
-        for ((sum, node), visible) in weight_sums.iter_mut().zip(&cut.nodes).zip(&cut.visible) {
-            total += self.nodes[*node as usize].light_at(&at).importance * visible;
-            *sum = total;
+        let mut weights = [0.0; MAX_CUT_NODES];
+        for ((weight, node), visible) in weights.iter_mut().zip(&cut.nodes).zip(&cut.visible) {
+            *weight = self.nodes[*node as usize].light_at(&at).importance * visible;
+        }
+        round_to_strata(&mut weights);
+        let is_whole = |entry: &u8| weights[*entry as usize] >= 1.0;
+        let (whole, parts) = (0..cut.nodes.len() as u8).partition::<Vec<u8>, _>(is_whole);
+        let mut order = [0; MAX_CUT_NODES];
+        let mut ends = [0.0; MAX_CUT_NODES];
+        let mut end = 0.0;
+        for (k, entry) in whole.into_iter().chain(parts).enumerate() {
+            end += weights[entry as usize];
+            (order[k], ends[k]) = (entry, end);
         }
         LampChoice {
             tree: self,
             cut,
             at,
-            weight_sums,
+            strata: weights,
+            order,
+            ends,
+        }
+    }
+}
+
+/// Scales weights to a sum of [`STRATUM_COUNT`], those of at least 1 to whole numbers. Weights of 0 stay so.
+fn round_to_strata(weights: &mut [f32; MAX_CUT_NODES]) {
+    let all: f32 = weights.iter().sum();
+    if all <= 0.0 {
+        return;
+    }
+    weights
+        .iter_mut()
+        .for_each(|weight| *weight = *weight / all * STRATUM_COUNT);
+    let (mut whole, mut parts) = (0.0, 0.0);
+    for weight in *weights {
+        match weight >= 1.0 {
+            true => whole += 1.0,
+            false => parts += weight,
+        }
+    }
+    // Each whole weight has a stratum; the rest is divided as what it has beyond that.
+    let of_parts = parts.ceil();
+    let rest = (STRATUM_COUNT - of_parts - whole).max(0.0);
+    let excess = (STRATUM_COUNT - parts - whole).max(f32::MIN_POSITIVE);
+    let (mut before, mut given) = (0.0, 0.0);
+    for weight in weights.iter_mut() {
+        match *weight >= 1.0 {
+            true => {
+                before += (*weight - 1.0) / excess * rest;
+                let more = (before + 0.5).floor().min(rest) - given;
+                given += more;
+                *weight = 1.0 + more;
+            }
+            false => *weight *= of_parts / parts.max(f32::MIN_POSITIVE),
         }
     }
 }
@@ -348,22 +396,24 @@ pub struct LampChoice<'a> {
     tree: &'a LampTree,
     cut: &'a LampCut,
     at: Receiver,
-    /// The weight of each entry of the cut and of all before it.
-    weight_sums: [f32; MAX_CUT_NODES],
+    /// Strata of each entry of the cut.
+    strata: [f32; MAX_CUT_NODES],
+    /// The entries in the order in which they divide the strata: those of whole strata first.
+    order: [u8; MAX_CUT_NODES],
+    /// The strata up to the end of each of them.
+    ends: [f32; MAX_CUT_NODES],
 }
 
 impl LampChoice<'_> {
-    /// Returns the weights of all entries before one, and of those with it.
-    fn weights_around(&self, entry: usize) -> [f32; 2] {
-        let before = entry.checked_sub(1).map_or(0.0, |last| self.weight_sums[last]);
-        [before, self.weight_sums[entry]]
+    /// Returns the strata of all entries.
+    fn all_strata(&self) -> f32 {
+        self.cut.nodes.len().checked_sub(1).map_or(0.0, |last| self.ends[last])
     }
 
     /// Returns the probability of an entry; 0 if no lamp lights the receiver.
     fn entry_probability(&self, entry: usize) -> f32 {
-        let [before, with] = self.weights_around(entry);
-        match self.weight_sums[self.cut.nodes.len() - 1] {
-            all if all > 0.0 => (with - before) / all,
+        match self.all_strata() {
+            all if all > 0.0 => self.strata[entry] / all,
             _ => 0.0,
         }
     }
@@ -394,13 +444,16 @@ impl LampChoice<'_> {
 
     /// Draws a lamp by `number` in [0, 1); none if none was found that lights the receiver.
     pub fn draw_lamp(&self, number: f32) -> Option<DrawnLamp> {
-        let sums = &self.weight_sums[..self.cut.nodes.len()];
-        let all = sums.last().filter(|all| **all > 0.0)?;
-        // Of the entries whose sums are the same only the first has weight; a product that rounds to all draws the last.
+        let all = self.all_strata();
+        if all <= 0.0 {
+            return None;
+        }
+        // Of the entries whose ends are the same only the first has strata; a product that rounds to all draws the last.
         let drawn = (number * all).min(all.next_down());
-        let entry = sums.partition_point(|sum| *sum <= drawn);
-        let [before, with] = self.weights_around(entry);
-        let mut number = ((drawn - before) / (with - before)).clamp(0.0, 1.0 - f32::EPSILON);
+        let k = self.ends[..self.cut.nodes.len()].partition_point(|end| *end <= drawn);
+        let entry = self.order[k] as usize;
+        let own = self.strata[entry];
+        let mut number = ((drawn - (self.ends[k] - own)) / own).clamp(0.0, 1.0 - f32::EPSILON);
         let (node, probability) = self.descend(entry, |share, _| {
             let first = number < share;
             number = match first {
@@ -440,6 +493,7 @@ mod tests {
     use super::*;
     use common::scene::{Face, Scene};
     use glam::{DMat3, DVec3, EulerRot};
+    use sobol_burley::sample_4d;
 
     /// Number of draws at a point.
     const DRAW_COUNT: u32 = 4096;
@@ -506,6 +560,55 @@ mod tests {
             }
         }
         assert!(lit > 50, "{lit}");
+    }
+
+    /// Of 128 numbers of any sequence each node with whole strata has as many as it has strata.
+    #[test]
+    fn nodes_have_their_share_of_any_sequence() {
+        let mesh = lamps_on_spiral();
+        let tree = LampTree::new(&mesh);
+        let mut whole = 0;
+        for (k, texel) in mesh.texels.iter().enumerate() {
+            let point = texel.position + Vec3::splat(0.1);
+            let cut = tree.choose_cut([point].into_iter(), MAX_CUT_NODES);
+            let choice = tree.weigh_lamps(&cut, receive_at(point, Vec3::new(0.6, 0.8, 0.0)));
+            let mut drawn = [0.0; MAX_CUT_NODES];
+            for n in 0..STRATUM_COUNT as u32 {
+                let [number, ..] = sample_4d(n, 1, k as u32);
+                if let Some(lamp) = choice.draw_lamp(number) {
+                    drawn[lamp.entry] += 1.0;
+                }
+            }
+            for (drawn, strata) in drawn.iter().zip(&choice.strata).filter(|(_, strata)| **strata >= 1.0) {
+                assert_eq!(drawn, strata);
+                whole += 1;
+            }
+        }
+        assert!(whole > 100, "{whole}");
+    }
+
+    /// Strata are in proportion to weights but for rounding; small weights share a whole number of them.
+    #[test]
+    fn weights_are_rounded_to_strata() {
+        let of = |own: &[f32]| {
+            let mut weights = [0.0; MAX_CUT_NODES];
+            weights[..own.len()].copy_from_slice(own);
+            round_to_strata(&mut weights);
+            let (rounded, others) = weights.split_at(own.len());
+            assert!(others.iter().all(|weight| *weight == 0.0));
+            rounded.to_vec()
+        };
+        assert_eq!(of(&[3.0]), [128.0]);
+        assert_eq!(of(&[0.0, 0.0]), [0.0, 0.0]);
+        assert_eq!(of(&[1.0, 0.0, 1.0, 1.0]), [43.0, 0.0, 42.0, 43.0]);
+        assert_eq!(of(&[1.0; MAX_CUT_NODES]), [2.0; MAX_CUT_NODES]);
+        // 127.5 of 128 strata, and 0.3 and 0.2 of one, which share the last.
+        let shared = of(&[127.5, 0.3, 0.2]);
+        assert_eq!(shared[0], 127.0);
+        assert!(
+            (shared[1] - 0.6).abs() < 1e-5 && (shared[2] - 0.4).abs() < 1e-5,
+            "{shared:?}"
+        );
     }
 
     /// Lamps of one wall, seen from afar: each is drawn in proportion to its power, and told to be.

@@ -43,8 +43,10 @@ pub type Halves = [Vec3A; 2];
 
 /// Least number of rays of each half of a texel: one of each part. All numbers are multiples of it.
 const MIN_RAY_COUNT: u32 = PART_COUNT as u32;
+/// Larger numbers than two of these are multiples of it, so that lamps have their share of the rays whatever these are.
+const STRATIFIED_RAY_COUNT: u32 = 32;
 /// Largest number of rays of each half of a texel, as far as the Sobol sequence goes.
-const MAX_RAY_COUNT: u32 = 65_536 - MIN_RAY_COUNT;
+const MAX_RAY_COUNT: u32 = 65_536 - STRATIFIED_RAY_COUNT;
 /// Largest number of bytes in which the rays of both halves are kept.
 const MAX_RAY_BYTES: u64 = 1 << 29;
 /// Largest growth of a texel's number of rays in one round.
@@ -308,8 +310,12 @@ fn sample_variance(sum: Vec3A, squares: Vec3A, count: usize) -> Vec3A {
 
 /// Returns the least number of rays from `count` that there may be.
 fn round_count(count: f32) -> u32 {
-    let parts = (count / MIN_RAY_COUNT as f32).ceil() as u32;
-    parts.saturating_mul(MIN_RAY_COUNT).clamp(MIN_RAY_COUNT, MAX_RAY_COUNT)
+    let step = match count > 2.0 * STRATIFIED_RAY_COUNT as f32 {
+        true => STRATIFIED_RAY_COUNT,
+        false => MIN_RAY_COUNT,
+    };
+    let steps = (count / step as f32).ceil() as u32;
+    steps.saturating_mul(step).clamp(MIN_RAY_COUNT, MAX_RAY_COUNT)
 }
 
 /// Returns `count` times `growth`, at least one more of each part.
