@@ -21,6 +21,7 @@ use common::scene::Scene;
 use common::texel;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::collections::HashSet;
 use std::f32::consts::TAU;
 
 /// Maximum number of pieces per texel; further lines do not cut, and a piece is judged by its centroid.
@@ -286,6 +287,8 @@ struct CoveringLines {
 impl CoveringLines {
     fn new(mesh: &Mesh, occluders: &Occluders, face: usize) -> Self {
         let own = &occluders.faces[face];
+        // Edges of faces in the plane, and whether these face as it does.
+        let mut edges: Vec<([DVec3; 2], bool)> = Vec::new();
         let mut cover = Self {
             face,
             lines: Vec::new(),
@@ -303,19 +306,27 @@ impl CoveringLines {
                 continue;
             }
             let coplanar = low >= -TOUCH_DISTANCE && high <= TOUCH_DISTANCE;
-            if coplanar && own.plane.normal.dot(other.plane.normal) > 0.0 {
+            let faces_alike = own.plane.normal.dot(other.plane.normal) > 0.0;
+            if coplanar && faces_alike {
                 if mesh.faces[face].precedes(&mesh.faces[k]) {
                     continue;
                 }
                 cover.preceding.push(k as u32);
             }
             if coplanar {
-                let edges = other.polygon.edges().map(|[a, b]| CutLine::new(a, b, &own.plane));
-                cover.lines.extend(edges.flatten());
+                edges.extend(other.polygon.edges().map(|edge| (edge, faces_alike)));
             } else if high > TOUCH_DISTANCE {
                 cover.lines.extend(intersection_line(&other.polygon, &own.plane));
             }
         }
+        // A footprint goes on from face to face of one side of the plane; where it ends between them another face stands.
+        let key = |[a, b]: [DVec3; 2], faces_alike: bool| ([a, b].map(|p| p.to_array().map(f64::to_bits)), faces_alike);
+        let known: HashSet<_> = edges.iter().map(|(edge, alike)| key(*edge, *alike)).collect();
+        let outlines = edges
+            .into_iter()
+            .filter(|([a, b], alike)| !known.contains(&key([*b, *a], *alike)));
+        let lines = outlines.filter_map(|([a, b], _)| CutLine::new(a, b, &own.plane));
+        cover.lines.extend(lines);
         cover
     }
 
@@ -521,6 +532,44 @@ mod tests {
         let shares = open_shares(vec![square(0.0, 1.0, 0.0), square(0.2, 0.8, 1e-4)]);
         let covered = shares[..24 * 24].iter().filter(|open| **open == 0.0).count();
         assert!(covered > 50 && covered < 150, "{covered}");
+    }
+
+    /// The foot of a box that stands on a floor covers the same, as one face or as four around its centre.
+    #[test]
+    fn faces_of_a_foot_part_no_texel() {
+        let find_floor = |divide: bool| {
+            let mut faces = box_faces(DVec3::ZERO, DVec3::splat(2.0), true);
+            let floor = faces
+                .iter()
+                .position(|face| face.corners.iter().all(|corner| corner.z == 0.0));
+            let mut body = box_faces(DVec3::new(0.31, 0.47, 0.0), DVec3::new(1.2, 1.3, 0.8), false);
+            if divide {
+                let foot = body
+                    .iter()
+                    .position(|face| face.corners.iter().all(|corner| corner.z == 0.0));
+                let corners = body.remove(foot.expect("a foot")).corners;
+                let centre = corners.iter().sum::<DVec3>() / 4.0;
+                body.extend((0..4).map(|k| {
+                    let part = [corners[k], corners[(k + 1) % 4], centre, centre];
+                    Face::quad("foot", part, Vec3::ZERO, Vec3::splat(0.5))
+                }));
+            }
+            faces.extend(body);
+            let scene = Scene {
+                faces,
+                ..Scene::default()
+            };
+            let mesh = Mesh::uniform(&scene, 24, 1).expect("a mesh");
+            let (occluders, rays) = (Occluders::new(&scene, &mesh), Rays::new(&mesh));
+            let all = ElementBuilder::new(&scene, &mesh, &occluders, &rays);
+            let floor = floor.expect("a floor");
+            let own = mesh.texels.iter().filter(|texel| texel.face as usize == floor);
+            let shares: Vec<f64> = own.map(|texel| all.open_element(texel, &mut None).open).collect();
+            (all.covers[floor].lines.len(), shares)
+        };
+        let (whole, parts) = (find_floor(false), find_floor(true));
+        assert!(whole.1.iter().any(|open| *open > 0.0 && *open < 1.0));
+        assert_eq!(whole, parts);
     }
 
     /// A segment from (1, 0) to (3, 0) of the plane z = 0.
