@@ -17,7 +17,7 @@ use super::resolution::{
     resample_face,
 };
 use super::step::SolveStep;
-use super::step_forecast::{StepForecast, count_gathered_texels};
+use super::step_forecast::{StepForecast, foretell_gathers};
 use common::mesh::Mesh;
 use common::passes::ProgressCallback;
 use common::rays::Rays;
@@ -49,6 +49,8 @@ const NOISE_TOLERANCE: f64 = 1.05;
 /// Number of gathers of the lamps' light by few rays whose texels are foretold: one less than there may be, since light is
 /// smoother on smaller texels than foretold.
 const FORETOLD_GATHERS: u32 = 3;
+/// Work of a ray of a gather, over that of a pair of rays of a solve.
+const GATHER_RAY_WORK: f64 = 0.5;
 /// Number of texels up to which the second step of many small faces halves them.
 const MAX_HALVED_TEXELS: u64 = 1 << 16;
 /// Share of the progress after which the first rays are traced, and in which the change is measured.
@@ -166,18 +168,23 @@ pub(super) fn forecast_by_rays(problem: &AdaptiveSolve, error: f64) -> Result<(S
     };
     let solved = next.as_deref().unwrap_or(&second.step.resolutions);
     let direct = ReceivedLight::from_halves(&second.light.direct);
-    let gathers = count_gathered_texels(problem, error, (&second.step, &direct), (solved, 1.0, FORETOLD_GATHERS));
+    let gathers = foretell_gathers(problem, error, (&second.step, &direct), (solved, 1.0, FORETOLD_GATHERS));
     let share = if gathers.is_empty() { 1.0 } else { SOLVE_NOISE_SHARE };
     let rays = rays_for(second.change.noise / (share * aimed));
     // The texels in which a lamp is partly hidden have most of the variance; their area falls as their width.
     let gathered = gathers.last().map_or(0, |texels| {
-        let noise = second.direct_noise() * (before as f64 / *texels as f64).powf(0.25);
-        grown(*texels, noise / (aimed * (1.0 - share * share).sqrt()))
+        let noise = second.direct_noise() * (before as f64 / count_texels(texels) as f64).powf(0.25);
+        let changed = texels.iter().zip(solved).filter(|(own, solved)| own != solved);
+        let changed: Vec<[u32; 2]> = changed.map(|(own, _)| *own).collect();
+        grown(count_texels(&changed), noise / (aimed * (1.0 - share * share).sqrt()))
     });
     let rough = next.map_or(0, judge);
     let forecast = StepForecast {
-        kept: [gathers.last().copied().unwrap_or(after), rays + gathered],
-        work_ratio: 1.0 + (rough + rays + gathered) as f64 / known.max(1) as f64,
+        kept: [
+            gathers.last().map_or(after, |texels| count_texels(texels)),
+            rays + gathered,
+        ],
+        work_ratio: 1.0 + (rough as f64 + rays as f64 + GATHER_RAY_WORK * gathered as f64) / known.max(1) as f64,
     };
     Ok((second.step, forecast))
 }

@@ -59,8 +59,8 @@ pub(super) fn forecast_by_links(steps: &RefinementSteps<AdaptiveSolve>) -> StepF
     // Texels of the last step over those of the last one of which each face's are known.
     let further = texels as f64 / count_texels(last) as f64;
     let light = ReceivedLight::without_noise(step.outcome.irradiance.clone());
-    for gathered in count_gathered_texels(problem, error, (step, &light), (last, further, gathers)) {
-        texels = (gathered as f64 * further) as u64;
+    for gathered in foretell_gathers(problem, error, (step, &light), (last, further, gathers)) {
+        texels = (count_texels(&gathered) as f64 * further) as u64;
         work += GATHER_WORK * step_work(texels, (goal * last_goal).sqrt());
     }
     StepForecast {
@@ -75,14 +75,14 @@ fn step_work(texels: u64, goal: f64) -> f64 {
     (texels as f64).powf(by_texels) * goal.recip().powf(by_goal)
 }
 
-/// Returns the texels of each of at most `most` steps that only gather light, after one on `further` times the `last` texels,
-/// over that factor. They follow from the `light` of a `known` step.
-pub(super) fn count_gathered_texels(
+/// Returns the texels of each face in each of at most `most` steps that only gather light, after one on `further` times the
+/// `last` texels, over that factor. They follow from the `light` of a `known` step.
+pub(super) fn foretell_gathers(
     problem: &AdaptiveSolve,
     error: f64,
     (known, light): (&SolveStep, &ReceivedLight),
     (last, further, most): (&[[u32; 2]], f64, u32),
-) -> Vec<u64> {
+) -> Vec<Vec<[u32; 2]>> {
     let faces = &problem.scene().faces;
     let (by_channel, channel) = brightest_channel(problem.scene(), known);
     let all: f64 = by_channel.iter().sum();
@@ -92,7 +92,7 @@ pub(super) fn count_gathered_texels(
     let scale = (channel, 1.0 / all);
     let errors = interpolation_errors(problem.scene(), known, light, scale);
     let mut texels = last.to_vec();
-    let mut counts = Vec::new();
+    let mut gathers = Vec::new();
     for _ in 0..most {
         let foretell = |((own, before), after): ((&TexelError, &[u32; 2]), &[u32; 2])| {
             let [before, after] = [before, after].map(|texels| count_texels(&[*texels]) as f64);
@@ -107,8 +107,8 @@ pub(super) fn count_gathered_texels(
         if finer == texels {
             break;
         }
-        counts.push(count_texels(&finer));
+        gathers.push(finer.clone());
         texels = finer;
     }
-    counts
+    gathers
 }
